@@ -1,0 +1,49 @@
+#pragma once
+// Time is handed in, so that a test never sleeps.
+
+#include <cstdint>
+
+#include "core/units.h"
+
+namespace wheatstone {
+
+/// Nanoseconds since an arbitrary start; never goes back.
+using Nanoseconds = std::int64_t;
+
+/// A point in time after which a blocking call gives up.
+struct Deadline {
+  Nanoseconds at_ns = 0;
+};
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual Nanoseconds now_ns() const = 0;
+  /// Returns at or after `at_ns`.
+  virtual void wait_until(Nanoseconds at_ns) = 0;
+
+  Deadline in(Duration d) const {
+    return {now_ns() + static_cast<Nanoseconds>(d.value() * 1e9)};
+  }
+};
+
+/// The machine's monotonic clock.
+class SteadyClock final : public Clock {
+ public:
+  Nanoseconds now_ns() const override;
+  void wait_until(Nanoseconds at_ns) override;
+};
+
+/// A clock that moves only when somebody waits on it.
+class SimulatedClock final : public Clock {
+ public:
+  Nanoseconds now_ns() const override { return now_ns_; }
+  void wait_until(Nanoseconds at_ns) override {
+    if (at_ns > now_ns_) now_ns_ = at_ns;
+  }
+
+ private:
+  Nanoseconds now_ns_ = 0;
+};
+
+}  // namespace wheatstone

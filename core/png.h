@@ -1,0 +1,29 @@
+#pragma once
+// Lossless integer images (raw mosaics, drive levels) and pictures for people. 8- and 16-bit PNG.
+
+#include <filesystem>
+
+#include "core/image.h"
+
+namespace wheatstone {
+
+/// 16-bit grey PNG. Errors: FileError.
+void write_mosaic_png(const std::filesystem::path&, const MosaicImage&);
+/// Throws FileError unless the file is a 16-bit single-channel image.
+MosaicImage read_mosaic_png(const std::filesystem::path&, BayerPattern);
+
+/// 8-bit PNG, one channel or R, G, B.
+void write_drive_png(const std::filesystem::path&, const DriveImage&);
+DriveImage read_drive_png(const std::filesystem::path&);
+
+/// sRGB picture of linear light with `white_cd_m2` at code 255; brighter light clips.
+/// For people to look at, never to compute with.
+cv::Mat3b to_srgb8(const RgbImage&, double white_cd_m2);  // channel order R, G, B
+void write_picture_png(const std::filesystem::path&, const cv::Mat3b& rgb);
+std::vector<unsigned char> encode_picture_png(const cv::Mat3b& rgb);
+
+/// An 8- or 16-bit sRGB picture (JPEG, PNG, TIFF; grey becomes R = G = B) to linear light with
+/// `white_cd_m2` at full code. Errors: FileError; ArgumentError unless white_cd_m2 > 0.
+RgbImage read_srgb_picture(const std::filesystem::path&, double white_cd_m2);
+
+}  // namespace wheatstone
