@@ -129,8 +129,8 @@ void write_exr(const std::filesystem::path& path, const RgbImage& light_cd_m2,
     const auto width = static_cast<std::size_t>(pixels.cols);
     std::vector<half> halves(as_half ? 3 * width : 0);
     std::vector<float> floats(as_half ? 0 : 3 * width);
-    char* base = as_half ? reinterpret_cast<char*>(halves.data())
-                         : reinterpret_cast<char*>(floats.data());
+    char* base =
+        as_half ? reinterpret_cast<char*>(halves.data()) : reinterpret_cast<char*>(floats.data());
     const std::size_t sample_bytes = as_half ? sizeof(half) : sizeof(float);
     Imf::FrameBuffer buffer;
     std::size_t offset = 0;

@@ -19,6 +19,7 @@ namespace {
 // any coder (a constant DWA block is denser still).
 constexpr double kBytesPerFileByte = 2000;
 constexpr double kFreeBytes = 256.0 * 1024 * 1024;
+
 // Keeps sums of window corners far from int overflow inside the library.
 constexpr std::int64_t kMaxCoordinate_px = 1 << 24;
 constexpr std::size_t kMaxNameBytes = 255;
@@ -112,7 +113,7 @@ class HeaderWalk {
     const std::string type = text();
     const std::int64_t size = static_cast<std::int32_t>(u32());
     const std::int64_t begin = stream_.tellg();
-    if (size < 0 || size > length_ - begin) damaged("attribute '" + name + "' is cut off");
+    if (size < 0 || size > length_ - begin) damaged("the header is cut off");
     if (name == "dataWindow") {
       window(name, type, size, part.data);
     } else if (name == "displayWindow") {

@@ -19,10 +19,16 @@ ExrView& view_named(std::vector<ExrView>& views, const std::string& name) {
   return views.back();
 }
 
-/// The views that a part's channel names may refer to; the first one is the default.
+bool has_prefixes(const Imf::Header& header) {
+  return Imf::hasMultiView(header) && !Imf::multiView(header).empty();
+}
+
+/// The views that a part's channel names may refer to, the default first; empty if the part names
+/// none.
 Imf::StringVector views_of(const Imf::Header& header) {
-  if (Imf::hasMultiView(header) && !Imf::multiView(header).empty()) return Imf::multiView(header);
-  return {header.hasView() ? header.view() : std::string()};
+  if (has_prefixes(header)) return Imf::multiView(header);
+  if (header.hasView()) return {header.view()};
+  return {};
 }
 
 }  // namespace
@@ -30,6 +36,11 @@ Imf::StringVector views_of(const Imf::Header& header) {
 std::vector<ExrView> read_exr_views(const std::filesystem::path& path) {
   return detail::with_file_errors(path, [&] {
     const auto file = detail::open_exr(path);
+    // Parts without a view, such as disparity maps between two views, belong to the first one.
+    std::string first_view;
+    for (int part = 0; part < file->parts() && first_view.empty(); ++part)
+      if (const Imf::StringVector own = views_of(file->header(part)); !own.empty())
+        first_view = own.front();
     std::vector<ExrView> views;
     for (int part = 0; part < file->parts(); ++part) {
       const Imf::Header& header = file->header(part);
@@ -38,8 +49,9 @@ std::vector<ExrView> read_exr_views(const std::filesystem::path& path) {
         if (c.channel().type != Imf::UINT) names.emplace_back(c.name());
       if (names.empty()) continue;
 
-      const Imf::StringVector part_views = views_of(header);
-      const bool prefixed = Imf::hasMultiView(header);
+      Imf::StringVector part_views = views_of(header);
+      if (part_views.empty()) part_views = {first_view};
+      const bool prefixed = has_prefixes(header);
       if (prefixed)
         for (const std::string& view : part_views) view_named(views, view);
       std::vector<cv::Mat1f> pixels = detail::read_channels(path, *file, part, names);

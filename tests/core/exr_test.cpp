@@ -31,12 +31,12 @@ fs::path shared_data() {
 }
 
 /// In CI the shared data must be there; elsewhere tests that need it are skipped.
-#define REQUIRE_SHARED(folder)                                                      \
-  if (!fs::exists(folder)) {                                                        \
-    const char* ci = std::getenv("CI");                                             \
+#define REQUIRE_SHARED(folder)                                                           \
+  if (!fs::exists(folder)) {                                                             \
+    const char* ci = std::getenv("CI");                                                  \
     if (ci != nullptr && std::string(ci) == "true") FAIL() << (folder) << " is missing"; \
-    GTEST_SKIP() << (folder) << " is missing; set WHEATSTONE_SHARED";               \
-  }                                                                                 \
+    GTEST_SKIP() << (folder) << " is missing; set WHEATSTONE_SHARED";                    \
+  }                                                                                      \
   static_assert(true)
 
 class ExrTest : public testing::Test {
@@ -71,8 +71,8 @@ void write_raw(const fs::path& path, float odd, Imath::Box2i display, Imath::Box
   Imf::FrameBuffer buffer;
   for (const char* name : {"R", "G", "B"}) {
     header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT,
-                                         *name == 'G' ? green.data() : values.data(), data));
+    buffer.insert(name,
+                  Imf::Slice::Make(Imf::FLOAT, *name == 'G' ? green.data() : values.data(), data));
   }
   Imf::OutputFile file(path.c_str(), header);
   file.setFrameBuffer(buffer);
@@ -204,6 +204,13 @@ TEST_F(ExrTest, HeaderThatPromisesFarTooMuchIsRefused) {
   }
 }
 
+TEST_F(ExrTest, EmptyRegionOfAnOrdinaryFrameIsRead) {
+  // A 4K frame with a tiny data window is a short file, yet honest.
+  const fs::path path = folder_ / "region.exr";
+  write_raw(path, 1, Imath::Box2i({0, 0}, {3839, 2159}), Imath::Box2i({5, 5}, {12, 10}));
+  EXPECT_EQ(read_exr(path).pixels.size(), cv::Size(3840, 2160));
+}
+
 /// Exit code of reading `path` in a child with little memory and time: 0 if it was read or
 /// refused with FileError. Signals are given as 128 + signal.
 int read_in_child(const fs::path& path, bool views) {
@@ -215,8 +222,7 @@ int read_in_child(const fs::path& path, bool views) {
     std::ifstream pages("/proc/self/statm");
     rlim_t own_pages = 0;
     pages >> own_pages;
-    const rlim_t bytes =
-        own_pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t{2} << 30);
+    const rlim_t bytes = own_pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t{2} << 30);
     const rlimit memory{bytes, bytes};
     setrlimit(RLIMIT_AS, &memory);
 #endif

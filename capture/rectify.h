@@ -1,0 +1,38 @@
+#pragma once
+// Views of one size, without lens distortion, that all show the same rectangle of the box.
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <span>
+#include <string>
+
+#include "core/geometry.h"
+#include "core/image.h"
+#include "core/rig_types.h"
+
+namespace wheatstone {
+
+/// The rectangle every view has to show, in rsb, and how much more around it.
+struct CommonBox {
+  Eigen::Vector2d min_mm{75, 45}, max_mm{295, 215};  // x, y
+  double z_mm = 0;
+  int margin_px = 8;
+};
+
+/// Smallest size that holds the rectangle's projection and the margin in every view. Throws
+/// ArgumentError for no poses or a rectangle that is empty or behind a camera.
+cv::Size common_size(const Intrinsics&, std::span<const RigidTransform> T_camera_rsb,
+                     const CommonBox&);
+
+/// Removes the distortion and crops to `size` (from common_size over all views) around the
+/// rectangle. The crop moves by whole pixels, so a view without distortion is copied exactly;
+/// focal length and skew stay, the principal point moves. Sampling is Catmull-Rom, limited to the
+/// range of the four nearest pixels: no overshoot and no negative light. What the photo does not
+/// show is 0. Throws ArgumentError, naming the view, when the photo is not of the intrinsics'
+/// size, when `size` is too small, or when a corner of the rectangle lies outside the photo.
+LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& distorted,
+                                     const Intrinsics&, const Distortion&,
+                                     const RigidTransform& T_camera_rsb, const CommonBox&,
+                                     cv::Size size);
+
+}  // namespace wheatstone

@@ -1,0 +1,37 @@
+#pragma once
+// Perceptually uniform encoding of absolute luminance (PU21) and peak signal-to-noise ratios.
+// Source: Mantiuk and Azimi, "PU21: A novel perceptually uniform encoding for adapting existing
+// quality metrics for HDR", PCS 2021; reference metrics.md, section 1.
+
+#include "core/image.h"
+
+namespace wheatstone {
+
+enum class Pu21Variant { kBanding, kBandingGlare, kPeaks, kPeaksGlare };
+
+inline constexpr double kPu21MinCdM2 = 0.005, kPu21MaxCdM2 = 10000;
+/// The peak of every score on PU values, whatever the display's peak: 100 cd/m^2 is about 256.
+inline constexpr double kPu21Peak = 256;
+
+/// cd/m^2, clamped to 0.005..10000, to PU21 units (about 0..595).
+double pu21_encode(double luminance_cd_m2, Pu21Variant = Pu21Variant::kBandingGlare);
+/// The inverse; pu21_decode(0) is about 0.005 cd/m^2, not exactly.
+double pu21_decode(double pu21, Pu21Variant = Pu21Variant::kBandingGlare);
+
+/// 10 log10(256^2 / MSE) in dB over R, G, B encoded separately (banding_glare); +infinity for
+/// equal images. Only pixels with mask != 0 count. All scores below share the errors:
+/// ArgumentError for empty images, sizes that differ, an empty mask, NaN/infinite/negative light.
+double pu21_psnr_rgb(const RgbImage& test, const RgbImage& reference,
+                     const cv::Mat1b* mask = nullptr);
+/// The same on luminance (kLuminanceWeights before encoding).
+double pu21_psnr_luminance(const RgbImage& test, const RgbImage& reference,
+                           const cv::Mat1b* mask = nullptr);
+/// Per pixel: root mean square over R, G, B of the difference in PU21 units, >= 0.
+ScalarImage pu21_difference(const RgbImage& test, const RgbImage& reference);
+
+/// PSNR in dB, peak 255, of the 8-bit sRGB pictures in which `white_cd_m2` is code 255.
+/// Errors: as above, and ArgumentError unless white_cd_m2 > 0.
+double srgb_psnr(const RgbImage& test, const RgbImage& reference, double white_cd_m2,
+                 const cv::Mat1b* mask = nullptr);
+
+}  // namespace wheatstone

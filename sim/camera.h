@@ -1,0 +1,44 @@
+#pragma once
+// The simulated still camera.
+
+#include <cstdint>
+#include <deque>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "hardware/still_camera.h"
+#include "sim/world.h"
+
+namespace wheatstone {
+
+class SimulatedCamera final : public StillCamera {
+ public:
+  SimulatedCamera(World& world, bool noise);
+
+  const CameraProfile& profile() const override { return world_.camera_profile; }
+  /// Takes 1/8000 s to 30 s.
+  RawFrame expose(Duration, Deadline) override;
+
+  /// Noise-free camera-space colour per photosite in cd/m^2, as the lens images it now.
+  cv::Mat1f optical_image_cd_m2();
+
+ private:
+  struct Cached {
+    double carriage_mm;
+    BoxLight light;
+    cv::Mat1f image_cd_m2;
+  };
+
+  // Undistorted normalised coordinates of a pixel position, from the table of nodes.
+  Eigen::Vector2f normalised_at(float x_px, float y_px) const;
+  void build_lens_table();
+  cv::Mat1f trace() const;
+
+  World& world_;
+  bool noise_;
+  std::uint64_t frame_ = 0;
+  cv::Mat2f lens_;            // nodes every kNodePx pixels, the first at (-kNodePx, -kNodePx)
+  std::deque<Cached> cache_;  // newest first
+};
+
+}  // namespace wheatstone

@@ -1,0 +1,16 @@
+#include "hardware/device_error.h"
+
+#include <gtest/gtest.h>
+
+namespace wheatstone {
+namespace {
+
+TEST(DeviceError, KeepsItsKindAndSaysTheRemedy) {
+  const DeviceError e(DeviceError::Kind::kNotHomed, "the stage is lost", "home it first");
+  EXPECT_EQ(e.kind(), DeviceError::Kind::kNotHomed);
+  EXPECT_STREQ(e.what(), "the stage is lost; home it first");
+  EXPECT_EQ(to_string(e.kind()), "not homed");
+}
+
+}  // namespace
+}  // namespace wheatstone
