@@ -28,8 +28,9 @@ struct Balanced {
 };
 
 // A centroid on the raw mosaic is biased when the colours respond unequally, because each colour
-// samples the blob on its own grid. Dividing by the response to white removes the modulation;
-// what a light of another tint leaves is of second order.
+// samples the blob on its own grid. Dividing by the response to white removes the modulation for
+// white light. Estimating the tint from the blob itself is worse: on a sharp disc of 4 px each
+// colour's sum is as much in doubt as the tint of a white LED.
 Balanced balance(const MosaicImage& frame, const CameraProfile& camera) {
   Eigen::Vector3d white = camera.camera_from_bt709 * Eigen::Vector3d::Ones();
   if (!(white.minCoeff() > 0))
@@ -46,12 +47,12 @@ Balanced balance(const MosaicImage& frame, const CameraProfile& camera) {
       const double k = camera.dn_per_electron[static_cast<std::size_t>(colour)];
       const double dn = double(frame.dn(r, c)) - camera.black_dn;
       const double floor_variance =
-          (camera.read_noise_e * camera.read_noise_e + camera.adc_noise * camera.adc_noise) * k * k +
+          (camera.read_noise_e * camera.read_noise_e + camera.adc_noise * camera.adc_noise) * k *
+              k +
           1.0 / 12;  // rounding to whole DN
       const double gain = 1 / white[colour];
       b.value(r, c) = static_cast<float>(dn * gain);
-      b.variance(r, c) =
-          static_cast<float>((std::max(dn, 0.0) * k + floor_variance) * gain * gain);
+      b.variance(r, c) = static_cast<float>((std::max(dn, 0.0) * k + floor_variance) * gain * gain);
       if (r < 2 && c < 2) dark_variance += floor_variance * gain * gain / 16;
     }
   b.dark_box_sigma = std::sqrt(dark_variance);
@@ -75,7 +76,8 @@ double detection_threshold(const Balanced& b) {
 double ring_background(const Balanced& b, const cv::Mat1i& labels, const cv::Rect& window) {
   const cv::Rect all(0, 0, b.box.cols, b.box.rows);
   const cv::Rect outer = cv::Rect(window.x - kRingPx, window.y - kRingPx,
-                                  window.width + 2 * kRingPx, window.height + 2 * kRingPx) & all;
+                                  window.width + 2 * kRingPx, window.height + 2 * kRingPx) &
+                         all;
   std::vector<float> ring;
   for (int r = outer.y; r < outer.br().y; ++r)
     for (int c = outer.x; c < outer.br().x; ++c)
@@ -134,10 +136,10 @@ std::vector<MarkerBlob> find_markers(const MosaicImage& frame, const CameraProfi
   for (int i = 1; i < count; ++i) {
     const int area = stats.at<int>(i, cv::CC_STAT_AREA);
     if (area < kMinBoxArea) continue;
-    MarkerBlob blob = measure(
-        b, labels, i,
-        {stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
-         stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)});
+    MarkerBlob blob =
+        measure(b, labels, i,
+                {stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                 stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)});
     blob.area_px = area;
     if (blob.signal_dn > 0) blobs.push_back(blob);
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Marker LEDs in one raw camera frame: where each bright blob's centre is, to a fraction of a pixel.
+// Marker LEDs in one raw camera frame: where each bright blob's centre is, to a fraction of a
+// pixel.
 
 #include <Eigen/Core>
 #include <array>
@@ -17,13 +18,14 @@ struct MarkerBlob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  // distorted pixels, first centre (0, 0)
   double signal_dn = 0;  // sum over the blob above its local background, white-balanced DN
   double sigma_px = 0;   // predicted standard deviation of the centroid, RMS of x and y
-  int area_px = 0;       // photosites above the detection threshold
+  int area_px = 0;       // 2x2 cells above the detection threshold
 };
 
 /// The blobs of `frame` that stand out of its noise, strongest first; may be empty. The frame's
-/// median is taken as the background. Blobs of fewer than five photosites (hot pixels) are left
-/// out. Throws ArgumentError if the frame is empty or smaller than 8 x 8, or if the profile gives
-/// white light no response in a colour.
+/// median is taken as the background. The light is taken as white: on a sharp disc of 4 px the
+/// centroid is unbiased to 0.015 px, and to 0.03 px for red and blue 7 % off. Blobs as small
+/// as a hot pixel are left out. Throws ArgumentError if the frame is empty or smaller than 8 x 8,
+/// or if the profile gives white light no response in a colour.
 std::vector<MarkerBlob> find_markers(const MosaicImage& frame, const CameraProfile&);
 
 /// The centres of the four strongest blobs in the order bottom-left, bottom-right, top-left,

@@ -49,7 +49,9 @@ struct Input {
   const Distortion& d;
 };
 
-std::string view_name(std::size_t v) { return "view " + std::to_string(v); }
+std::string view_name(std::size_t v) {
+  return "view " + std::to_string(v);
+}
 
 void check(const Input& in) {
   if (in.seen.empty())
@@ -66,8 +68,8 @@ void check(const Input& in) {
     throw ArgumentError("the markers lie on one line", "check the marker positions");
   for (std::size_t v = 0; v < in.seen.size(); ++v)
     if (in.seen[v].size() != in.markers.size())
-      throw ArgumentError(view_name(v) + ": " + std::to_string(in.seen[v].size()) +
-                              " points for " + std::to_string(in.markers.size()) + " markers",
+      throw ArgumentError(view_name(v) + ": " + std::to_string(in.seen[v].size()) + " points for " +
+                              std::to_string(in.markers.size()) + " markers",
                           "give one image point per marker, in the markers' order");
 }
 
@@ -93,7 +95,8 @@ RigidTransform start_pose(const Input& in, std::size_t v) {
   bool found = false;
   // IPPE can end in NaN when the markers are seen exactly head-on; the homography start does not.
   const bool flat = coplanar(in.markers);
-  for (const auto method : {flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP, cv::SOLVEPNP_ITERATIVE}) {
+  for (const auto method :
+       {flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP, cv::SOLVEPNP_ITERATIVE}) {
     if (method == cv::SOLVEPNP_ITERATIVE && !flat && in.markers.size() < 6) break;
     try {
       found = cv::solvePnP(object, image, cv::Matx33d::eye(), cv::noArray(), rvec, tvec, false,
@@ -164,8 +167,8 @@ PoseSolution refine(const Input& in, const std::vector<RigidTransform>& starts, 
     out.T_camera_rsb.push_back({R, -(R * Eigen::Map<Eigen::Vector3d>(centres[v].data()))});
     out.residuals_px.emplace_back();
     for (std::size_t i = 0; i < in.markers.size(); ++i) {
-      out.residuals_px[v].push_back(
-          project(in.k, in.d, out.T_camera_rsb[v] * in.markers[i]) - in.seen[v][i]);
+      out.residuals_px[v].push_back(project(in.k, in.d, out.T_camera_rsb[v] * in.markers[i]) -
+                                    in.seen[v][i]);
       sum += out.residuals_px[v].back().squaredNorm();
     }
   }
@@ -202,8 +205,8 @@ PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
   std::vector<RigidTransform> starts;
   for (std::size_t v = 0; v < in.seen.size(); ++v) starts.push_back(start_pose(in, v));
   PoseSolution out = refine(in, starts, options.share_rotation, options, true);
-  out.rms_free_px = options.share_rotation ? refine(in, starts, false, options, false).rms_px
-                                           : out.rms_px;
+  out.rms_free_px =
+      options.share_rotation ? refine(in, starts, false, options, false).rms_px : out.rms_px;
   double worst_mm = 0;
   for (const Eigen::Matrix3d& c : out.centre_covariance_mm2)
     worst_mm = std::max(worst_mm, std::sqrt(c.trace()));

@@ -30,9 +30,9 @@ void check(std::span<const RawExposure> stack, const CameraProfile& camera) {
                               " but exposure 0 has " + to_string(stack[0].frame.pattern),
                           "merge frames of one camera and one crop only");
     if (!(e.exposure.value() > 0) || !std::isfinite(e.exposure.value()))
-      throw ArgumentError(name + " has an exposure time of " +
-                              std::to_string(e.exposure.value()) + " s",
-                          "give its time in seconds, above 0");
+      throw ArgumentError(
+          name + " has an exposure time of " + std::to_string(e.exposure.value()) + " s",
+          "give its time in seconds, above 0");
     if (!(e.gain > 0) || !std::isfinite(e.gain))
       throw ArgumentError(name + " has a gain of " + std::to_string(e.gain),
                           "give ISO / 100, above 0");

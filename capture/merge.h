@@ -18,9 +18,9 @@ struct RawExposure {
 };
 
 struct MergedMosaic {
-  LinearMosaic mosaic;        // DN/s at ISO 100, black level subtracted; may be negative
-  cv::Mat1f sigma_dn_s;       // standard deviation by the camera's noise model, same size
-  cv::Mat1b saturated;        // 255 where the cell is saturated even in the shortest exposure
+  LinearMosaic mosaic;   // DN/s at ISO 100, black level subtracted; may be negative
+  cv::Mat1f sigma_dn_s;  // standard deviation by the camera's noise model, same size
+  cv::Mat1b saturated;   // 255 where the cell is saturated even in the shortest exposure
 };
 
 /// Poisson-optimal merge: sum of (DN - black)/gain over sum of times, over the frames whose whole

@@ -63,8 +63,7 @@ void capture_light_field(const Rig& rig, const Dataset& dataset, const CapturePl
   const int total = plan.views * (static_cast<int>(plan.exposures_s.size()) + 1);
   int done = 0;
   const auto shoot = [&](const std::string& file, double exposure_s) {
-    const RawFrame frame =
-        rig.camera.expose(Duration::of(exposure_s), rig.clock.in(kExposeLimit));
+    const RawFrame frame = rig.camera.expose(Duration::of(exposure_s), rig.clock.in(kExposeLimit));
     write_mosaic_png(dataset.file(file), frame.mosaic);
     progress(++done, total);
     return ExposureRecord{file, frame.exposure.value()};

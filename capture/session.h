@@ -11,7 +11,7 @@
 namespace wheatstone {
 
 struct CapturePlan {
-  int views = 11;                                       // evenly spaced over the rail, ends included
+  int views = 11;  // evenly spaced over the rail, ends included
   std::vector<double> exposures_s = {1 / 240.0, 1 / 60.0, 1 / 15.0};
   double marker_exposure_s = 1 / 60.0;
 };
@@ -20,10 +20,10 @@ struct CapturePlan {
 std::string validate(const CapturePlan&);
 
 /// For each rail position: the ceiling on, one frame per exposure; the ceiling off and the markers
-/// on, one marker frame. Writes raw/*.png as they come and frames.json after every view, camera.json,
-/// landmarks.json and displays.json at the start. Lights are off when it returns or throws.
-/// progress(done, total) after every frame.
-/// Errors: ArgumentError (plan), DeviceError, FileError.
+/// on, one marker frame. Writes raw/*.png as they come and frames.json after every view,
+/// camera.json, landmarks.json and displays.json at the start. Lights are off when it returns or
+/// throws. progress(done, total) after every frame. Errors: ArgumentError (plan), DeviceError,
+/// FileError.
 void capture_light_field(const Rig&, const Dataset&, const CapturePlan&,
                          const std::function<void(int, int)>& progress);
 

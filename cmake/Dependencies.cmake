@@ -1,5 +1,4 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
 find_package(Ceres 2.1 REQUIRED)
 find_package(OpenEXR 3.1 REQUIRED)
 find_package(embree 3 REQUIRED)
@@ -19,12 +18,16 @@ if(WHEATSTONE_BENCH)
   find_package(benchmark REQUIRED)
 endif()
 
-# OpenCV's and Embree's packages still hand out plain names; ours are targets, so that their
-# headers are SYSTEM and a typing error is a configuration error.
-add_library(wheatstone_opencv INTERFACE)
-target_link_libraries(wheatstone_opencv INTERFACE opencv_core opencv_imgproc opencv_imgcodecs)
-target_include_directories(wheatstone_opencv SYSTEM INTERFACE ${OpenCV_INCLUDE_DIRS})
-add_library(third_party::opencv ALIAS wheatstone_opencv)
-add_library(wheatstone_opencv_calib3d INTERFACE)
-target_link_libraries(wheatstone_opencv_calib3d INTERFACE wheatstone_opencv opencv_calib3d)
-add_library(third_party::opencv_calib3d ALIAS wheatstone_opencv_calib3d)
+# Debian's single OpenCV modules come without OpenCV's CMake package (only libopencv-dev, which
+# pulls in all of it, has one), so each module used is declared here.
+find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+foreach(module core imgproc imgcodecs calib3d)
+  find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
+  add_library(third_party::opencv_${module} UNKNOWN IMPORTED)
+  set_target_properties(third_party::opencv_${module} PROPERTIES
+    IMPORTED_LOCATION "${OPENCV_${module}_LIBRARY}"
+    INTERFACE_INCLUDE_DIRECTORIES "${OPENCV_INCLUDE_DIR}")
+endforeach()
+add_library(third_party::opencv INTERFACE IMPORTED)
+target_link_libraries(third_party::opencv INTERFACE
+  third_party::opencv_core third_party::opencv_imgproc third_party::opencv_imgcodecs)

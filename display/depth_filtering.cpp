@@ -12,8 +12,9 @@ std::vector<double> plane_weights(std::span<const Vergence> planes, Vergence poi
     throw ArgumentError("no focal planes given", "name at least one plane distance");
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (!std::isfinite(planes[i].value()) || (i > 0 && !(planes[i] < planes[i - 1])))
-      throw ArgumentError("focal plane " + std::to_string(i) + " is not farther than the one before",
-                          "list distinct planes from near to far");
+      throw ArgumentError(
+          "focal plane " + std::to_string(i) + " is not farther than the one before",
+          "list distinct planes from near to far");
   }
   if (!std::isfinite(point.value()))
     throw ArgumentError("the vergence of a point is not a number", "check its distance");

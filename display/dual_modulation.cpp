@@ -13,8 +13,8 @@
 namespace wheatstone {
 namespace {
 
-constexpr double kSupportSigmas = 4;   // 6e-5 of a lobe lies beyond
-constexpr double kCoreEnergy = 0.95;   // share of the PSF inside the always-dilated core
+constexpr double kSupportSigmas = 4;     // 6e-5 of a lobe lies beyond
+constexpr double kCoreEnergy = 0.95;     // share of the PSF inside the always-dilated core
 constexpr double kClipTolerance = 1e-3;  // relative; below half a code at either end
 
 struct Response {
@@ -33,8 +33,12 @@ struct Response {
     return t;
   }
 };
-Response lcd_response(const PanelModel& m) { return {m.lcd_black, m.lcd_gamma}; }
-Response projector_response(const PanelModel& m) { return {m.projector_black, m.projector_gamma}; }
+Response lcd_response(const PanelModel& m) {
+  return {m.lcd_black, m.lcd_gamma};
+}
+Response projector_response(const PanelModel& m) {
+  return {m.projector_black, m.projector_gamma};
+}
 
 int lobe_radius(const GaussianLobe& l) {
   return static_cast<int>(std::ceil(kSupportSigmas * l.sigma_lcd_px));
@@ -129,7 +133,8 @@ double energy_within(const PanelModel& m, int radius) {
 
 cv::Mat1f dilated(const cv::Mat1f& image, int radius) {
   cv::Mat1f out;
-  cv::dilate(image, out, cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
+  cv::dilate(image, out,
+             cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
   return out;
 }
 
@@ -140,7 +145,8 @@ cv::Mat1f wanted_projector(const PanelModel& m, const cv::Mat1f& target, int pad
   int core = 0;
   while (core < pad && energy_within(m, core) < kCoreEnergy) ++core;
   const double e = energy_within(m, core);
-  cv::Mat1f root = cv::Mat1f::zeros(target.rows + 2 * pad, target.cols + 2 * pad), tail = root.clone();
+  cv::Mat1f root = cv::Mat1f::zeros(target.rows + 2 * pad, target.cols + 2 * pad),
+            tail = root.clone();
   bool any_tail = false;
   for (int y = 0; y < target.rows; ++y) {
     for (int x = 0; x < target.cols; ++x) {
@@ -163,7 +169,8 @@ cv::Mat1f to_projector_grid(const PanelModel& m, const cv::Mat1f& wanted, int pa
   const int w = m.projector_width_px, h = m.projector_height_px;
   cv::Mat1f p = cv::Mat1f::zeros(h, w);
   for_each_in_projector(m, pad, [&](int r, int c, double u, double v) {
-    for_each_tap(w, h, u, v, [&](int y, int x, double) { p(y, x) = std::max(p(y, x), wanted(r, c)); });
+    for_each_tap(w, h, u, v,
+                 [&](int y, int x, double) { p(y, x) = std::max(p(y, x), wanted(r, c)); });
   });
   // A projector finer than the LCD has pixels that no LCD pixel centre falls next to.
   for (int y = 0; y < h; ++y) {
@@ -171,8 +178,8 @@ cv::Mat1f to_projector_grid(const PanelModel& m, const cv::Mat1f& wanted, int pa
       const Eigen::Vector3d q = m.H_lcd_projector * Eigen::Vector3d(x, y, 1);
       const double cx = q.x() / q.z() + pad, cy = q.y() / q.z() + pad;
       if (!(cx > -0.5 && cy > -0.5 && cx < wanted.cols - 0.5 && cy < wanted.rows - 0.5)) continue;
-      p(y, x) = std::max(p(y, x), wanted(static_cast<int>(std::lround(cy)),
-                                         static_cast<int>(std::lround(cx))));
+      p(y, x) = std::max(
+          p(y, x), wanted(static_cast<int>(std::lround(cy)), static_cast<int>(std::lround(cx))));
     }
   }
   return p;
@@ -190,12 +197,12 @@ ScalarImage factor_image(const PanelModel& m, const cv::Mat& projector_codes) {
 /// Code of LCD factor `f` at one pixel; `table` is the response of every code.
 uchar lcd_code(const Response& r, const std::array<double, 256>& table, double f, LcdRounding how,
                int x, int y) {
-  static constexpr int kBayer[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
+  static constexpr int kBayer[4][4] = {
+      {0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
   const double code = r.code(f);
   const int low = std::min(254, static_cast<int>(code));
   const double share = (std::clamp(f, table[0], 1.0) - table[low]) / (table[low + 1] - table[low]);
-  const double threshold =
-      how == LcdRounding::kNearest ? 0.5 : (kBayer[y & 3][x & 3] + 0.5) / 16;
+  const double threshold = how == LcdRounding::kNearest ? 0.5 : (kBayer[y & 3][x & 3] + 0.5) / 16;
   return static_cast<uchar>(low + (share > threshold));
 }
 

@@ -4,12 +4,18 @@ namespace wheatstone {
 
 std::string to_string(DeviceError::Kind kind) {
   switch (kind) {
-    case DeviceError::Kind::kTimeout: return "timeout";
-    case DeviceError::Kind::kDisconnected: return "disconnected";
-    case DeviceError::Kind::kRefused: return "refused";
-    case DeviceError::Kind::kFault: return "fault";
-    case DeviceError::Kind::kNotHomed: return "not homed";
-    case DeviceError::Kind::kOutOfRange: return "out of range";
+    case DeviceError::Kind::kTimeout:
+      return "timeout";
+    case DeviceError::Kind::kDisconnected:
+      return "disconnected";
+    case DeviceError::Kind::kRefused:
+      return "refused";
+    case DeviceError::Kind::kFault:
+      return "fault";
+    case DeviceError::Kind::kNotHomed:
+      return "not homed";
+    case DeviceError::Kind::kOutOfRange:
+      return "out of range";
   }
   throw InternalError("unknown kind of device error");
 }

@@ -69,16 +69,14 @@ cv::Mat1f SimulatedCamera::trace() const {
 
   // Near a lit marker more samples are spent; with the ceiling dark all else stays black.
   cv::Mat1b near_marker(height, width, std::uint8_t{0});
-  const double reach =
-      kMarkerReachPx + profile.intrinsics.fx_px * kMarkerRadiusMm / centre.z();
+  const double reach = kMarkerReachPx + profile.intrinsics.fx_px * kMarkerRadiusMm / centre.z();
   for (unsigned i = 0; i < kMarkerCount; ++i) {
     if (!(light.marker_mask >> i & 1U)) continue;
-    const Eigen::Vector2d q =
-        project(profile.intrinsics, profile.distortion,
-                T_camera_rsb * marker_positions_rsb_mm()[i]);
-    const cv::Rect around(cv::Point(static_cast<int>(q.x() - reach), static_cast<int>(q.y() - reach)),
-                          cv::Point(static_cast<int>(q.x() + reach) + 1,
-                                    static_cast<int>(q.y() + reach) + 1));
+    const Eigen::Vector2d q = project(profile.intrinsics, profile.distortion,
+                                      T_camera_rsb * marker_positions_rsb_mm()[i]);
+    const cv::Rect around(
+        cv::Point(static_cast<int>(q.x() - reach), static_cast<int>(q.y() - reach)),
+        cv::Point(static_cast<int>(q.x() + reach) + 1, static_cast<int>(q.y() + reach) + 1));
     near_marker(around & cv::Rect(0, 0, width, height)).setTo(1);
   }
 
@@ -86,7 +84,7 @@ cv::Mat1f SimulatedCamera::trace() const {
   tbb::parallel_for(0, height, [&](int y) {
     Ray rays[Scene::kPacket];
     Vector3f rgb[Scene::kPacket];
-    int pixel[Scene::kPacket];   // column each ray of the packet belongs to
+    int pixel[Scene::kPacket];  // column each ray of the packet belongs to
     float weight[Scene::kPacket];
     int filled = 0;
     const auto flush = [&] {

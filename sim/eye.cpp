@@ -22,8 +22,8 @@ void check(const EyeCamera& camera) {
 Eigen::Vector3d far_point(Eye eye, const EyeCamera& camera, double x_px, double y_px) {
   const Intrinsics k = EyePhotograph::intrinsics(eye, camera);
   const double depth = kEyeZMm - kFarPlaneZMm;
-  const Eigen::Vector3d p_eye((x_px - k.cx_px) / k.fx_px * depth, (y_px - k.cy_px) / k.fy_px * depth,
-                              depth);
+  const Eigen::Vector3d p_eye((x_px - k.cx_px) / k.fx_px * depth,
+                              (y_px - k.cy_px) / k.fy_px * depth, depth);
   return EyePhotograph::T_eye_rsb(eye).inverse() * p_eye;
 }
 

@@ -47,8 +47,8 @@ Eigen::Vector2d SimulatedObserver::align(DisplayId id, const Eigen::Vector3d& p_
   const double sigma_mm =
       m.distance.value() * std::tan(noise_arcmin_ / 60 * std::numbers::pi / 180);
   const double dx = random.normal() * sigma_mm, dy = random.normal() * sigma_mm;
-  return truth + Eigen::Vector2d(dx * m.lcd_width_px / m.width_mm,
-                                 dy * m.lcd_height_px / m.height_mm);
+  return truth +
+         Eigen::Vector2d(dx * m.lcd_width_px / m.width_mm, dy * m.lcd_height_px / m.height_mm);
 }
 
 }  // namespace wheatstone

@@ -30,8 +30,8 @@ Eigen::Matrix3d full_size_H_lcd_projector(DisplayId id) {
   from_centre.topRightCorner<2, 1>() = -Eigen::Vector2d(511.5, 383.5);
   Eigen::Matrix3d H;
   H << s * std::cos(angle), -s * std::sin(angle), 2.5 * sign,  //
-      s * std::sin(angle), s * std::cos(angle), -1.5 + 2 * extra,
-      4e-6 * sign, -3e-6 + 2e-6 * extra, 1;
+      s * std::sin(angle), s * std::cos(angle), -1.5 + 2 * extra, 4e-6 * sign, -3e-6 + 2e-6 * extra,
+      1;
   Eigen::Matrix3d to_lcd = Eigen::Matrix3d::Identity();
   to_lcd.topRightCorner<2, 1>() = Eigen::Vector2d(1023.5, 767.5);
   return to_lcd * H * from_centre;
@@ -71,10 +71,14 @@ Eigen::Vector3d true_eye_centre_rsb_mm(Eye eye) {
   return {kPanelCentreXMm + (eye == Eye::kLeft ? -31.5 : 31.5), kPanelCentreYMm, kEyeZMm};
 }
 
-double plane_z_rsb_mm(Plane plane) { return plane == Plane::kNear ? kNearPlaneZMm : kFarPlaneZMm; }
+double plane_z_rsb_mm(Plane plane) {
+  return plane == Plane::kNear ? kNearPlaneZMm : kFarPlaneZMm;
+}
 
 PanelModel true_panel_model(DisplayId id, double scale) {
-  const auto scaled = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * scale))); };
+  const auto scaled = [&](int px) {
+    return std::max(1, static_cast<int>(std::lround(px * scale)));
+  };
   PanelModel m;
   m.id = id;
   m.distance = Length::of(kEyeZMm - plane_z_rsb_mm(id.plane));

@@ -82,8 +82,8 @@ struct Scene::Impl {
 
   void attach(const Surface& s, unsigned id) {
     const bool quad = s.kind == Surface::Kind::kQuad;
-    RTCGeometry geometry = rtcNewGeometry(
-        device, quad ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    RTCGeometry geometry =
+        rtcNewGeometry(device, quad ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_SPHERE_POINT);
     if (quad) {
       auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
           geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4));
@@ -144,8 +144,8 @@ struct Scene::Impl {
         const float u = std::clamp(static_cast<float>(i) / (s.nu - 1), 0.001F, 0.999F);
         const float v = std::clamp(static_cast<float>(j) / (s.nv - 1), 0.001F, 0.999F);
         const bool ball = s.kind == Surface::Kind::kSphere;
-        const Vector3f p = ball ? s.point_at(static_cast<float>(i) / (s.nu - 1), v)
-                                : s.point_at(u, v);
+        const Vector3f p =
+            ball ? s.point_at(static_cast<float>(i) / (s.nu - 1), v) : s.point_at(u, v);
         s.baked_cd_m2[static_cast<std::size_t>(j) * s.nu + i] =
             irradiance_over_pi(p, s.normal_at(p));
       }
@@ -156,16 +156,23 @@ struct Scene::Impl {
   // objects is left out: no object of ours stands between a sphere and the ceiling.
   float phong(const Vector3f& p, const Vector3f& n, const Vector3f& to_eye) const {
     const Vector3f r = 2 * n.dot(to_eye) * n - to_eye;
-    const LedVector dx = led_x - p.x(), dz = led_z - p.z();
     const float dy = led_y - p.y();
-    const LedVector inverse_r2 = (dx * dx + dz * dz + dy * dy).inverse();
-    const LedVector inverse_r = inverse_r2.sqrt();
-    LedVector lobe = ((dx * r.x() + dz * r.z() + dy * r.y()) * inverse_r).max(0.0F);
-    for (int k = 0; k < 5; ++k) lobe *= lobe;
-    const LedVector cos_surface =
-        ((dx * n.x() + dz * n.z() + dy * n.y()) * inverse_r).max(0.0F);
-    const float sum = (lobe * cos_surface * inverse_r * inverse_r2).sum() * dy;
-    return led_intensity * (32 + 2) / (2 * kPi) * sum;
+    float sum = 0;
+    for (int row = 0; row < kLedsPerSide; ++row) {  // LEDs of one row share z
+      const float dz = led_z[row * kLedsPerSide] - p.z();
+      // The best cosine any LED of the row could reach; below this the lobe is under 1e-4.
+      const float across = std::max(0.0F, r.y() * dy + r.z() * dz);
+      if (r.x() * r.x() + across * across / (dy * dy + dz * dz) < 0.56F) continue;
+      using Row = Eigen::Array<float, kLedsPerSide, 1>;
+      const Row dx = led_x.segment<kLedsPerSide>(row * kLedsPerSide) - p.x();
+      const Row inverse_r = (dx * dx + (dz * dz + dy * dy)).rsqrt();
+      const float r_rest = r.z() * dz + r.y() * dy, n_rest = n.z() * dz + n.y() * dy;
+      Row lobe = ((dx * r.x() + r_rest) * inverse_r).max(0.0F);
+      for (int k = 0; k < 5; ++k) lobe *= lobe;
+      const Row cos_surface = ((dx * n.x() + n_rest) * inverse_r).max(0.0F);
+      sum += (lobe * cos_surface * inverse_r * inverse_r * inverse_r).sum();
+    }
+    return led_intensity * (32 + 2) / (2 * kPi) * sum * dy;
   }
 
   Vector3f shade(const Surface& s, const Vector3f& p, const Vector3f& direction,
@@ -228,7 +235,8 @@ void Scene::radiance(const Ray* rays, int count, const BoxLight& light, Vector3f
     const unsigned id = query.hit.geomID[k];
     rgb[k].setZero();
     if (id == RTC_INVALID_GEOMETRY_ID) continue;
-    if (id == kBackWall && light.marker_mask && impl_->hits_lit_marker(rays[k], light.marker_mask)) {
+    if (id == kBackWall && light.marker_mask &&
+        impl_->hits_lit_marker(rays[k], light.marker_mask)) {
       rgb[k].setConstant(static_cast<float>(kMarkerCdM2));
       continue;
     }

@@ -12,8 +12,8 @@ namespace wheatstone {
 
 /// What is switched on in the box.
 struct BoxLight {
-  double led_drive = 0;           // of all ceiling LEDs, linear, 0..1
-  unsigned marker_mask = 0;       // bit i: marker i is lit
+  double led_drive = 0;      // of all ceiling LEDs, linear, 0..1
+  unsigned marker_mask = 0;  // bit i: marker i is lit
   friend bool operator==(const BoxLight&, const BoxLight&) = default;
 };
 

@@ -74,7 +74,8 @@ class SimulatedMarkers final : public MarkerLights {
                         "there is no marker " + std::to_string(index), "use 0 to 3");
     }
     const unsigned bit = 1U << index;
-    world_.light.marker_mask = on ? world_.light.marker_mask | bit : world_.light.marker_mask & ~bit;
+    world_.light.marker_mask =
+        on ? world_.light.marker_mask | bit : world_.light.marker_mask & ~bit;
   }
   std::vector<Eigen::Vector3d> positions_rsb_mm() const override {
     const auto positions = marker_positions_rsb_mm();
@@ -154,7 +155,8 @@ struct SimulatedRig::Devices {
         camera(world, o.camera_noise),
         observer(world, o.observer_noise_arcmin) {
     for (const DisplayId id : kDisplays) {
-      for (const auto modulator : {PanelOutput::Modulator::kLcd, PanelOutput::Modulator::kProjector}) {
+      for (const auto modulator :
+           {PanelOutput::Modulator::kLcd, PanelOutput::Modulator::kProjector}) {
         panels.push_back(std::make_unique<SimulatedPanel>(world, id, modulator));
       }
     }
@@ -178,7 +180,9 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
 
 SimulatedRig::~SimulatedRig() = default;
 
-World& SimulatedRig::world() { return devices_->world; }
+World& SimulatedRig::world() {
+  return devices_->world;
+}
 
 Rig SimulatedRig::rig() {
   Devices& d = *devices_;

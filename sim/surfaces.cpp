@@ -31,10 +31,9 @@ Wave wave(float period_mm, float degrees, float tilt_z, float phase, float weigh
   const Vector3f direction = Vector3f(std::cos(a), std::sin(a), tilt_z).normalized();
   return {2 * kPi / period_mm * direction, phase, weight};
 }
-const std::array<Wave, 4> kDetail = {wave(6.1F, 25, 0.2F, 0.3F, 0.16F),
-                                     wave(7.7F, 118, -0.3F, 1.9F, 0.18F),
-                                     wave(12.9F, 70, 0.1F, 4.1F, 0.20F),
-                                     wave(19.3F, -12, 0.4F, 2.6F, 0.22F)};
+const std::array<Wave, 4> kDetail = {
+    wave(6.1F, 25, 0.2F, 0.3F, 0.16F), wave(7.7F, 118, -0.3F, 1.9F, 0.18F),
+    wave(12.9F, 70, 0.1F, 4.1F, 0.20F), wave(19.3F, -12, 0.4F, 2.6F, 0.22F)};
 const std::array<Wave, 3> kPatch = {wave(41, 10, 0.3F, 0, 0.5F), wave(53, 75, -0.2F, 2, 0.5F),
                                     wave(37, 140, 0.1F, 4, 0.5F)};
 
@@ -115,7 +114,7 @@ Vector3f Surface::albedo_at(const Vector3f& p) const {
   for (std::size_t c = 0; c < 3; ++c) {
     // Other signs per colour give the detail itself colour, not only luminance.
     float s = kPatch[c].weight * std::sin(kPatch[c].k_rad_mm.dot(p) + kPatch[c].phase) + detail[0];
-    s += c == 0 ? detail[1] + detail[2] - detail[3]
+    s += c == 0   ? detail[1] + detail[2] - detail[3]
          : c == 1 ? detail[1] - detail[2] + detail[3]
                   : -detail[1] + detail[2] + detail[3];
     s *= 3;

@@ -13,7 +13,7 @@ namespace wheatstone::sim_detail {
 struct Surface {
   enum class Kind { kQuad, kSphere };
   Kind kind = Kind::kQuad;
-  Eigen::Vector3f origin;        // quad: corner at (u, v) = (0, 0); sphere: centre
+  Eigen::Vector3f origin;          // quad: corner at (u, v) = (0, 0); sphere: centre
   Eigen::Vector3f edge_u, edge_v;  // quad only
   Eigen::Vector3f quad_normal;
   float radius = 0;

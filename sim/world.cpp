@@ -30,11 +30,10 @@ World::World(const std::string& name, double pixel_scale, std::uint64_t seed_)
 RigidTransform true_T_camera_rsb(double carriage_mm) {
   constexpr double kDegree = std::numbers::pi / 180;
   const Eigen::Vector3d centre(101.5 + carriage_mm, 130, 550);
-  const Eigen::Matrix3d mount =
-      (Eigen::AngleAxisd(0.2 * kDegree, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(-0.3 * kDegree, Eigen::Vector3d::UnitX()) *
-       Eigen::AngleAxisd(0.4 * kDegree, Eigen::Vector3d::UnitY()))
-          .toRotationMatrix();
+  const Eigen::Matrix3d mount = (Eigen::AngleAxisd(0.2 * kDegree, Eigen::Vector3d::UnitZ()) *
+                                 Eigen::AngleAxisd(-0.3 * kDegree, Eigen::Vector3d::UnitX()) *
+                                 Eigen::AngleAxisd(0.4 * kDegree, Eigen::Vector3d::UnitY()))
+                                    .toRotationMatrix();
   const Eigen::Matrix3d R = mount * straight_R_camera_rsb();
   return {R, -(R * centre)};
 }

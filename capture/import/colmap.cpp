@@ -105,8 +105,8 @@ ColmapModel parse_colmap(const ColmapSource& source, const std::filesystem::path
     if (!all_finite(p.xyz)) p.place.fail("a point that is not a number");
     if (!point_index.emplace(p.id, model.points.size()).second)
       p.place.fail("a point number used twice");
-    model.points.push_back({p.id, mm_per_unit * Eigen::Vector3d(p.xyz[0], p.xyz[1], p.xyz[2]),
-                            p.rgb, p.error});
+    model.points.push_back(
+        {p.id, mm_per_unit * Eigen::Vector3d(p.xyz[0], p.xyz[1], p.xyz[2]), p.rgb, p.error});
   }
 
   std::unordered_set<std::uint64_t> image_ids;

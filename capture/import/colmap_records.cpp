@@ -24,7 +24,11 @@ struct Model {
   std::size_t parameters;
 };
 constexpr std::array<Model, 5> kModels = {  // in the order of COLMAP's binary model numbers
-    Model{"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4}, {"RADIAL", 5}, {"OPENCV", 8}};
+    Model{"SIMPLE_PINHOLE", 3},
+    {"PINHOLE", 4},
+    {"SIMPLE_RADIAL", 4},
+    {"RADIAL", 5},
+    {"OPENCV", 8}};
 constexpr const char* kModelNames =
     " (SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are read)";
 
@@ -172,7 +176,8 @@ class Bytes {
   Place place() const { return {file_, "byte", at_}; }
   template <class T>
   T get(const char* what) {
-    if (data_.size() - at_ < sizeof(T)) place().fail(std::string("the file's end instead of ") + what);
+    if (data_.size() - at_ < sizeof(T))
+      place().fail(std::string("the file's end instead of ") + what);
     T value;
     std::memcpy(&value, data_.data() + at_, sizeof(T));
     at_ += sizeof(T);

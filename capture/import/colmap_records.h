@@ -16,7 +16,7 @@ namespace wheatstone::colmap_detail {
 /// Where a record starts, for errors.
 struct Place {
   std::shared_ptr<const std::filesystem::path> file;  // shared: there is a place per point
-  const char* unit = "line";  // or "byte"
+  const char* unit = "line";                          // or "byte"
   std::size_t number = 0;
 
   /// Throws FileError "<file>: line 12 has <what>; <remedy>".

@@ -14,7 +14,7 @@ namespace wheatstone {
 struct ImportedView {
   std::string name;
   std::filesystem::path path;
-  Intrinsics intrinsics;      // first pixel's centre is (0, 0)
+  Intrinsics intrinsics;  // first pixel's centre is (0, 0)
   Distortion distortion;
   RigidTransform T_camera_world;
 };

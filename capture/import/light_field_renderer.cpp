@@ -45,8 +45,8 @@ std::vector<ImportedView> read_light_field_folder(const std::filesystem::path& f
     ImportedView view;
     view.name = file.stem().string();
     view.path = file;
-    view.intrinsics = {f_px, f_px, 0, 0.5 * (size.width - 1), 0.5 * (size.height - 1), size.width,
-                       size.height};
+    view.intrinsics = {f_px,       f_px,       0, 0.5 * (size.width - 1), 0.5 * (size.height - 1),
+                       size.width, size.height};
     view.T_camera_world.R = Eigen::Vector3d(1, -1, -1).asDiagonal();
     view.T_camera_world.t_mm = -(view.T_camera_world.R * Eigen::Vector3d(x_mm, -minus_y_mm, 0));
     views.push_back(std::move(view));

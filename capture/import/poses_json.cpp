@@ -26,9 +26,13 @@ ImportedView view_from(const json& j, const std::filesystem::path& file) {
   const auto size = json_get<std::vector<int>>(j, "size", file);
   if (size.size() != 2 || size[0] < 1 || size[1] < 1 || size[0] > 65536 || size[1] > 65536)
     throw_bad_key(file, "size", "of view " + v.name + " is not [width, height] in 1..65536 px");
-  v.intrinsics = {json_get<double>(k, "fx_px", file), json_get<double>(k, "fy_px", file),
-                  optional_number(k, "skew_px", file), json_get<double>(k, "cx_px", file),
-                  json_get<double>(k, "cy_px", file),  size[0], size[1]};
+  v.intrinsics = {json_get<double>(k, "fx_px", file),
+                  json_get<double>(k, "fy_px", file),
+                  optional_number(k, "skew_px", file),
+                  json_get<double>(k, "cx_px", file),
+                  json_get<double>(k, "cy_px", file),
+                  size[0],
+                  size[1]};
   if (!(v.intrinsics.fx_px > 0) || !(v.intrinsics.fy_px > 0))
     throw_bad_key(file, "K", "of view " + v.name + " has a focal length that is not above 0");
   if (j.contains("distortion")) {
@@ -51,7 +55,8 @@ ImportedView view_from(const json& j, const std::filesystem::path& file) {
 std::vector<ImportedView> read_poses_json(const std::filesystem::path& path) {
   const json root = read_json(path, kPosesSchema);
   const std::string remedy =
-      std::string("convert the poses if need be and add \"convention\": \"") + kPoseConvention + "\"";
+      std::string("convert the poses if need be and add \"convention\": \"") + kPoseConvention +
+      "\"";
   if (!root.contains("convention"))
     throw FileError(path, "does not say the convention of its poses", remedy);
   if (root["convention"] != kPoseConvention)

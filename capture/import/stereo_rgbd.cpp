@@ -13,8 +13,8 @@ namespace {
 
 EyeRgbd eye_from(std::span<const ExrView> views, const std::string& eye,
                  const std::filesystem::path& file) {
-  const auto view = std::find_if(views.begin(), views.end(),
-                                 [&](const ExrView& v) { return v.name == eye; });
+  const auto view =
+      std::find_if(views.begin(), views.end(), [&](const ExrView& v) { return v.name == eye; });
   if (view == views.end())
     throw FileError(file, "has no view '" + eye + "'",
                     "render a multi-view EXR with the views left and right");

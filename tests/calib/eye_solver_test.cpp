@@ -61,8 +61,9 @@ TEST(EyeSolver, NoisePropagatesToAboutOnePixelBetweenTheMarks) {
   for (int seed = 0; seed < seeds; ++seed) {
     const auto c = solve_eye_display(kId, marks(0.5, static_cast<std::uint64_t>(seed)), 2048, 1536);
     rms += c.rms_px * c.rms_px / seeds;
-    between += (project(c.P_lcd_rsb, p) -
-                project(projection_matrix(kTruth.K(), true_pose()), p)).squaredNorm() / seeds;
+    between += (project(c.P_lcd_rsb, p) - project(projection_matrix(kTruth.K(), true_pose()), p))
+                   .squaredNorm() /
+               seeds;
   }
   // 16 equations, 11 unknowns: E[rms^2] = 2 sigma^2 5/16 over the marks.
   EXPECT_NEAR(std::sqrt(rms), 0.5 * std::sqrt(2.0 * 5 / 16), 0.1);

@@ -26,10 +26,10 @@ Rail make_rail(int views, double noise_px, std::uint64_t seed, double turn_step 
   RandomStream random(seed, 1);
   Rail rail;
   for (int v = 0; v < views; ++v) {
-    const Eigen::Matrix3d R =
-        (Eigen::AngleAxisd(0.01 + turn_step * v, Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(-0.02, Eigen::Vector3d::UnitX())).toRotationMatrix() *
-        straight_R_camera_rsb();
+    const Eigen::Matrix3d R = (Eigen::AngleAxisd(0.01 + turn_step * v, Eigen::Vector3d::UnitY()) *
+                               Eigen::AngleAxisd(-0.02, Eigen::Vector3d::UnitX()))
+                                  .toRotationMatrix() *
+                              straight_R_camera_rsb();
     const Eigen::Vector3d centre(155 + 6.0 * v, 130, 550);
     rail.poses.push_back({R, -(R * centre)});
     rail.seen.emplace_back();

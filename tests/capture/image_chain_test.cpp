@@ -12,8 +12,8 @@ namespace wheatstone {
 namespace {
 
 TEST(Demosaic, ConstantsStayUpToTheEdgeAndRampsInside) {
-  for (const auto pattern : {BayerPattern::kRggb, BayerPattern::kBggr, BayerPattern::kGrbg,
-                             BayerPattern::kGbrg})
+  for (const auto pattern :
+       {BayerPattern::kRggb, BayerPattern::kBggr, BayerPattern::kGrbg, BayerPattern::kGbrg})
     for (const cv::Size size : {cv::Size(2, 2), cv::Size(8, 6), cv::Size(9, 7)}) {
       LinearMosaic flat{cv::Mat1f(size), pattern}, ramp{cv::Mat1f(size), pattern};
       for (int r = 0; r < size.height; ++r)
@@ -63,18 +63,19 @@ TEST(Radiance, InvertsTheCameraAndClipsAtTheEnd) {
 const Intrinsics kCamera = {500, 500, 0, 159.5, 119.5, 320, 240};
 
 RigidTransform pose_at(double x_mm, double turn = 0) {
-  const Eigen::Matrix3d R =
-      Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() * straight_R_camera_rsb();
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+                            straight_R_camera_rsb();
   return {R, -(R * Eigen::Vector3d(x_mm, 130, 550))};
 }
 
 /// A smooth picture on the back wall (z = 0): light as a function of rsb x and y.
-float wall(double x, double y) { return float(100 + 50 * std::sin(x / 12) * std::cos(y / 15)); }
+float wall(double x, double y) {
+  return float(100 + 50 * std::sin(x / 12) * std::cos(y / 15));
+}
 
 float wall_seen(const Intrinsics& k, const Distortion& d, const RigidTransform& T, double u,
                 double v) {
-  const Eigen::Vector2d xy =
-      undistort(d, {(u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px});
+  const Eigen::Vector2d xy = undistort(d, {(u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px});
   const Eigen::Vector3d ray = T.R.transpose() * Eigen::Vector3d(xy.x(), xy.y(), 1);
   const Eigen::Vector3d o = camera_centre(T);
   const Eigen::Vector3d p = o - o.z() / ray.z() * ray;
@@ -95,8 +96,7 @@ TEST(Rectify, EveryViewShowsTheRectangleWithItsOwnPose) {
   const cv::Size size = common_size(kCamera, poses, box);
   for (const Distortion d : {Distortion{}, Distortion{-0.1, 0.05, 0.001, -0.001, 0}})
     for (const RigidTransform& T : poses) {
-      const LightFieldView view =
-          rectify_to_common_box("v", photo(d, T), kCamera, d, T, box, size);
+      const LightFieldView view = rectify_to_common_box("v", photo(d, T), kCamera, d, T, box, size);
       ASSERT_EQ(view.light_cd_m2.pixels.size(), size);
       EXPECT_EQ(view.intrinsics.width_px, size.width);
       double worst = 0;

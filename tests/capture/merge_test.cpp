@@ -42,7 +42,8 @@ TEST(Merge, ReferenceVectors) {
     std::vector<RawExposure> stack;
     for (std::size_t i = 0; i < v["images"].size(); ++i) {
       RawExposure e{{cv::Mat1w(rows, cols), p.pattern},
-                    Duration::of(v["exposure_s"][i].get<double>()), v["gain"][i].get<double>()};
+                    Duration::of(v["exposure_s"][i].get<double>()),
+                    v["gain"][i].get<double>()};
       for (int r = 0; r < rows; ++r)
         for (int c = 0; c < cols; ++c) e.frame.dn(r, c) = v["images"][i][r][c].get<std::uint16_t>();
       stack.push_back(e);
@@ -63,8 +64,8 @@ TEST(Merge, OneSaturatedPixelExcludesItsCell) {
   std::vector<RawExposure> stack = {flat(5, 3, 612, 0.1), flat(5, 3, 2512, 1)};
   stack[1].frame.dn(1, 1) = 16383;
   const MergedMosaic m = merge_exposures(stack, camera());
-  EXPECT_FLOAT_EQ(m.mosaic.values(0, 0), 1000);            // shortest alone
-  EXPECT_NEAR(m.mosaic.values(0, 2), 2100 / 1.1, 1e-3);    // both
+  EXPECT_FLOAT_EQ(m.mosaic.values(0, 0), 1000);          // shortest alone
+  EXPECT_NEAR(m.mosaic.values(0, 2), 2100 / 1.1, 1e-3);  // both
   EXPECT_EQ(cv::countNonZero(m.saturated), 0);
   stack[0].frame.dn(2, 4) = 16383;  // a half cell in the corner
   const MergedMosaic s = merge_exposures(stack, camera());

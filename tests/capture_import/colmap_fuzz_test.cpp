@@ -25,7 +25,8 @@ Outcomes fuzz(const ColmapSource& good, int iterations, std::uint64_t seed) {
     const int flips = static_cast<int>(random.next() % 4);
     // Half of the flips go to the beginning, where the counts and the sizes are.
     for (int k = 0; k < flips; ++k) {
-      const std::size_t range = random.next() % 2 ? file.size() : std::min<std::size_t>(200, file.size());
+      const std::size_t range =
+          random.next() % 2 ? file.size() : std::min<std::size_t>(200, file.size());
       file[random.next() % range] ^= static_cast<char>(1u << (random.next() % 8));
     }
     if (flips == 0 || random.next() % 4 == 0) file.resize(random.next() % file.size());

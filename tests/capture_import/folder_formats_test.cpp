@@ -39,8 +39,8 @@ TEST(LightFieldFolder, PositionsComeFromTheNames) {
   EXPECT_EQ(v.intrinsics.cy_px, 2.5);
   EXPECT_EQ(load_view(v, 100).light_cd_m2.width(), 8);
   // Right and up of the axis in front of the camera: right and up in the picture.
-  const Eigen::Vector2d pixel = project(
-      v.intrinsics, v.distortion, v.T_camera_world * Eigen::Vector3d(31.25, 62.5, -10));
+  const Eigen::Vector2d pixel =
+      project(v.intrinsics, v.distortion, v.T_camera_world * Eigen::Vector3d(31.25, 62.5, -10));
   EXPECT_GT(pixel.x(), 3.5);
   EXPECT_LT(pixel.y(), 2.5);
 }
@@ -65,10 +65,12 @@ TEST(LightFieldFolder, Shop) {
     EXPECT_DOUBLE_EQ(v.intrinsics.fx_px, 800);
     EXPECT_EQ(v.intrinsics.width_px, 960);
     EXPECT_EQ(v.intrinsics.height_px, 640);
-    if (v.name.starts_with("shop_13_00_"))
+    if (v.name.starts_with("shop_13_00_")) {
       EXPECT_NEAR(camera_centre(v.T_camera_world).x(), 400, 1e-9);
-    if (v.name.starts_with("shop_07_07_"))
+    }
+    if (v.name.starts_with("shop_07_07_")) {
       EXPECT_NEAR(camera_centre(v.T_camera_world).y(), -184.615385, 1e-9);
+    }
   }
 }
 
@@ -150,8 +152,7 @@ TEST(StereoRgbd, ViewsAndChannels) {
   EXPECT_THAT(failure([&] { stereo_rgbd(views, "x.exr"); }),
               testing::HasSubstr("view 'right' has no channel Z"));
   views.erase(views.begin());
-  EXPECT_THAT(failure([&] { stereo_rgbd(views, "x.exr"); }),
-              testing::HasSubstr("no view 'right'"));
+  EXPECT_THAT(failure([&] { stereo_rgbd(views, "x.exr"); }), testing::HasSubstr("no view 'right'"));
 }
 
 TEST(StereoRgbd, BeachballDepthsMatchDisparity) {

@@ -12,11 +12,11 @@ inline std::filesystem::path shared_folder(const std::string& below) {
   return std::filesystem::path(set ? set : WHEATSTONE_DEFAULT_SHARED) / below;
 }
 
-#define REQUIRE_SHARED(path)                                           \
-  if (!std::filesystem::exists(path)) {                                \
-    const char* ci = std::getenv("CI");                                \
+#define REQUIRE_SHARED(path)                                                  \
+  if (!std::filesystem::exists(path)) {                                       \
+    const char* ci = std::getenv("CI");                                       \
     if (ci && std::string(ci) == "true") FAIL() << (path) << " is not there"; \
-    GTEST_SKIP() << (path) << " is not there";                         \
+    GTEST_SKIP() << (path) << " is not there";                                \
   }
 
 /// A fresh folder, removed at the end.

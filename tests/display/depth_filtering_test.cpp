@@ -40,7 +40,7 @@ TEST(DepthFiltering, ExactPlanesOfTheRig) {
   for (double d = 1.0; d < 2.3; d += 0.001) {
     const auto w = plane_weights(planes, Vergence::of(d));
     EXPECT_DOUBLE_EQ(std::accumulate(w.begin(), w.end(), 0.0), 1);
-    EXPECT_GE(w[0], before);          // monotone
+    EXPECT_GE(w[0], before);           // monotone
     EXPECT_LE(w[0] - before, 0.0012);  // continuous
     before = w[0];
   }

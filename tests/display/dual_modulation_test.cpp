@@ -33,7 +33,9 @@ PanelModel panel() {
 
 const cv::Rect kInterior(32, 32, 448, 320);
 
-RgbImage constant(cv::Vec3f v) { return RgbImage(cv::Mat3f(384, 512, v)); }
+RgbImage constant(cv::Vec3f v) {
+  return RgbImage(cv::Mat3f(384, 512, v));
+}
 
 /// Largest |a - b| / b over the interior.
 double relative_error(const cv::Mat3f& a, const cv::Mat3f& b) {
@@ -122,7 +124,7 @@ TEST(DualModulation, IsolatedBrightDotsGetEnoughBacklight) {
     const DualDrive d = split_dual_modulation(panel(), target);
     EXPECT_NEAR(d.light_cd_m2.pixels(101, 203)[0], level, 0.01 * level);
     EXPECT_NEAR(d.light_cd_m2.pixels(200, 400)[1], 1, 0.05);  // far away nothing changes
-    double least = 0;  // no dark hole around the dot
+    double least = 0;                                         // no dark hole around the dot
     cv::minMaxLoc(d.light_cd_m2.pixels(cv::Rect(190, 90, 26, 22)).clone().reshape(1), &least);
     EXPECT_GT(least, 0.5) << level;
   }

@@ -1,0 +1,32 @@
+#include "apps/check.h"
+
+#include "apps/stations.h"
+#include "core/exr.h"
+#include "core/files.h"
+#include "rendering/metrics/pu21.h"
+
+namespace wheatstone::apps {
+
+std::array<EyeCheck, 2> check_at_eye(const Dataset& dataset, SimulatedRig& twin) {
+  const Rig rig = twin.rig();
+  for (int i = 0; i < rig.markers.count(); ++i) rig.markers.set(i, false);
+  rig.leds.set_all(1);
+  present(dataset, rig);
+  make_folder(dataset.file("eye"));
+  std::array<EyeCheck, 2> checks;
+  for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
+    const PanelModel& far = rig.panel_models[index_of({eye, Plane::kFar})];
+    const EyeCamera camera{far.lcd_width_px, far.lcd_height_px, 3};
+    EyeCheck& check = checks[eye == Eye::kLeft ? 0 : 1];
+    check.displays = twin.eye().photograph_displays(eye, camera);
+    check.box = twin.eye().photograph_box(eye, camera);
+    check.pu21_psnr_db = pu21_psnr_rgb(check.displays, check.box);
+    check.difference_pu = pu21_difference(check.displays, check.box);
+    write_exr(dataset.file("eye/" + to_string(eye) + "_displays.exr"), check.displays);
+    write_exr(dataset.file("eye/" + to_string(eye) + "_box.exr"), check.box);
+  }
+  rig.leds.set_all(0);
+  return checks;
+}
+
+}  // namespace wheatstone::apps

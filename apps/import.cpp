@@ -1,0 +1,145 @@
+#include "apps/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "apps/stations.h"
+#include "capture/import/colmap.h"
+#include "capture/import/light_field_renderer.h"
+#include "capture/import/poses_json.h"
+#include "capture/import/stereo_rgbd.h"
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/files.h"
+#include "core/units.h"
+
+namespace wheatstone::apps {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool has_colmap(const fs::path& folder) {
+  return fs::exists(folder / "cameras.txt") || fs::exists(folder / "cameras.bin");
+}
+
+std::string guess_format(const fs::path& input) {
+  if (!fs::exists(input)) throw FileError(input, "is missing", "check the path");
+  if (fs::is_regular_file(input)) {
+    if (input.extension() == ".exr") return "exr-stereo";
+    if (input.extension() == ".json") return "poses";
+  } else {
+    if (has_colmap(input) || has_colmap(input / "colmap")) return "colmap";
+    if (fs::exists(input / "poses.json")) return "poses";
+    if (fs::exists(input / "config.cfg")) return "light-field-renderer";
+  }
+  throw FileError(input, "states no poses in a form this program knows",
+                  std::string("add a poses.json with \"schema\": \"") + kPosesSchema +
+                      "\" and \"convention\": \"" + kPoseConvention + "\", or name --format");
+}
+
+std::string import_views(const std::vector<ImportedView>& listed, const Dataset& dataset,
+                         const ImportOptions& options, const std::string& note) {
+  std::vector<LightFieldView> views;
+  for (const ImportedView& v : listed) {
+    if (v.path.empty()) continue;
+    views.push_back(load_view(v, options.white_cd_m2));
+    views.back().name = fs::path(v.name).stem().string();
+  }
+  if (views.empty())
+    throw ArgumentError("none of the posed pictures is there", "put the pictures beside the poses");
+  store_light_field(dataset, views);
+  return fmt::format("{} posed views, full white = {} cd/m2{}", views.size(), options.white_cd_m2,
+                     note);
+}
+
+std::string import_stereo(const fs::path& input, const Dataset& dataset,
+                          const ImportOptions& options, double& mm_per_unit) {
+  const std::vector<ExrView> exr = read_exr_views(input);
+  const StereoRgbd frame = stereo_rgbd(exr, input);
+  std::vector<float> depths;
+  for (const EyeRgbd* e : {&frame.left, &frame.right})
+    for (int r = 0; r < e->mask.rows; r += 4)
+      for (int c = 0; c < e->mask.cols; c += 4)
+        if (e->mask(r, c) != 0) depths.push_back(e->z_units.pixels(r, c));
+  if (depths.empty()) throw FileError(input, "has no pixel with depth", "check the Z channel");
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  const double median = depths[depths.size() / 2];
+  const double middle_mm = 2000 / (vergence_at(490.0_mm) + vergence_at(850.0_mm)).value();
+  if (mm_per_unit == 0) mm_per_unit = middle_mm / median;
+
+  const int width = frame.left.light.width(), height = frame.left.light.height();
+  const double f = 0.5 * width / std::tan(options.hfov_deg * std::numbers::pi / 360);
+  make_folder(dataset.file("depth"));
+  std::vector<LightFieldView> views;
+  for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
+    const EyeRgbd& e = eye == Eye::kLeft ? frame.left : frame.right;
+    ScalarImage z_mm(cv::Mat1f(e.z_units.pixels * mm_per_unit));
+    z_mm.pixels.setTo(0, e.mask == 0);
+    write_exr(dataset.file("depth/" + to_string(eye) + ".exr"), z_mm, "Z");
+    // The eyes stand 63 mm apart before the middle of the box. The principal points are shifted so
+    // that the middle of the pictures is the middle of the far display for both eyes.
+    const Eigen::Vector3d centre(eye == Eye::kLeft ? 153.5 : 216.5, 130, 850);
+    const double shift = f * (185 - centre.x()) / 850;
+    LightFieldView view;
+    view.name = to_string(eye);
+    view.light_cd_m2 = RgbImage(cv::Mat3f(e.light.pixels * options.white_cd_m2));
+    view.intrinsics = {f, f, 0, (width - 1) / 2.0 - shift, (height - 1) / 2.0, width, height};
+    view.T_camera_world = {straight_R_camera_rsb(), -(straight_R_camera_rsb() * centre)};
+    views.push_back(view);
+  }
+  store_light_field(dataset, views);
+  return fmt::format(
+      "stereo frame {}x{}, value 1 = {} cd/m2, {:.4g} mm per depth unit (median depth {:.0f} mm), "
+      "{} deg wide",
+      width, height, options.white_cd_m2, mm_per_unit, median * mm_per_unit, options.hfov_deg);
+}
+
+}  // namespace
+
+std::string import_input(const fs::path& input, const Dataset& dataset,
+                         const ImportOptions& options) {
+  if (!(options.white_cd_m2 > 0) || !(options.hfov_deg > 0) || options.hfov_deg >= 170 ||
+      !(options.mm_per_unit >= 0))
+    throw ArgumentError("white, field of view and scale must be positive numbers",
+                        "see `wheatstone import --help`");
+  const std::string format = options.format == "auto" ? guess_format(input) : options.format;
+  make_folder(dataset.root());
+  double mm_per_unit = options.mm_per_unit;
+  std::string line;
+  if (format == "exr-stereo") {
+    line = import_stereo(input, dataset, options, mm_per_unit);
+  } else {
+    if (mm_per_unit == 0) mm_per_unit = 1;
+    if (format == "colmap") {
+      const fs::path model = has_colmap(input) ? input : input / "colmap";
+      const ColmapModel colmap = read_colmap(model, input / "images", mm_per_unit);
+      line = import_views(colmap.views, dataset, options,
+                          fmt::format(", median reprojection error {:.2f} px, {} posed pictures "
+                                      "are not there",
+                                      median_reprojection_error_px(colmap),
+                                      colmap.missing_files.size()));
+    } else if (format == "light-field-renderer") {
+      line = import_views(read_light_field_folder(input), dataset, options, "");
+    } else if (format == "poses") {
+      line = import_views(read_poses_json(fs::is_directory(input) ? input / "poses.json" : input),
+                          dataset, options, "");
+    } else {
+      throw ArgumentError("'" + format + "' is no input format",
+                          "use auto, exr-stereo, light-field-renderer, colmap or poses");
+    }
+  }
+  DatasetManifest manifest;
+  manifest.kind = format == "exr-stereo" ? "stereo-rgbd" : "light-field";
+  manifest.scene = fs::absolute(input).stem().string();
+  manifest.source = format;
+  manifest.white_cd_m2 = options.white_cd_m2;
+  manifest.mm_per_unit = mm_per_unit;
+  dataset.write_manifest(manifest);
+  return line;
+}
+
+}  // namespace wheatstone::apps

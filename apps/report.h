@@ -1,0 +1,37 @@
+#pragma once
+// A self-contained HTML page: pictures inside, plots as SVG, no script, no link outside.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/geometry.h"
+#include "core/image.h"
+
+namespace wheatstone::apps {
+
+class Report {
+ public:
+  explicit Report(const std::string& title);
+  void heading(const std::string& text);
+  void paragraph(const std::string& text);
+  void table(const std::vector<std::string>& header,
+             const std::vector<std::vector<std::string>>& rows);
+  struct Picture {
+    cv::Mat3b rgb;
+    std::string caption;
+  };
+  void pictures(const std::vector<Picture>& row);
+  /// Residual vectors as dots around zero; a ring of `ring_px` for scale.
+  void residual_plot(const std::vector<Eigen::Vector2d>& residuals_px, double ring_px,
+                     const std::string& caption);
+  void write(const std::filesystem::path&) const;
+
+ private:
+  std::string body_;
+};
+
+/// Blue (0) over white to red (`top`): a difference picture for people.
+cv::Mat3b false_colour(const ScalarImage&, double top);
+
+}  // namespace wheatstone::apps

@@ -1,0 +1,65 @@
+#pragma once
+// The stations of the light's way, each from dataset folder to dataset folder.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/pose_solver.h"
+#include "capture/import/imported_view.h"
+#include "core/dataset.h"
+#include "hardware/rig.h"
+
+namespace wheatstone::apps {
+
+using Progress = std::function<void(const std::string& what, int done, int total)>;
+
+/// raw/*.png to hdr/<view>.exr, cd/m^2. Views that are already there are kept.
+void merge(const Dataset&, const Progress&);
+
+/// Marker frames to poses.json, then all views cropped to the common box: views/*.exr, views.json.
+PoseSolution calibrate_poses(const Dataset&, const Progress&);
+
+/// alignments.json to eyes.json.
+std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset&);
+
+/// The light field in views.json with its pictures loaded.
+std::vector<LightFieldView> load_light_field(const Dataset&);
+void store_light_field(const Dataset&, const std::vector<LightFieldView>&);
+
+/// What the four displays shall show: targets/<display>.exr and targets.json.
+struct TargetReport {
+  double focal_distance_mm = 0;  // eye to the focal plane along the optical axis, 0 if per pixel
+  double near_weight = 0;
+  double smallest_coverage = 1;  // worst display: share of its pixels that some view covers
+};
+/// DRLF with its focal plane `focal_z_mm` in rsb; without it the plane is found by the views' own
+/// agreement. use_gpu: the shader; otherwise its CPU twin.
+TargetReport render_drlf(const Dataset&, std::optional<double> focal_z_mm, bool use_gpu,
+                         const Progress&);
+/// Colour and depth of an imported stereo frame, split per pixel.
+TargetReport render_rgbd(const Dataset&);
+/// A pinhole picture seen through another pinhole with the same centre and axes.
+RgbImage resample_pinhole(const LightFieldView&, const Intrinsics& wanted);
+
+/// targets/*.exr to the eight drive frames drive/*.png and drive.json.
+struct PresentReport {
+  int above_peak_px = 0, below_black_px = 0;  // over all four displays
+};
+PresentReport split_to_drive_frames(const Dataset&);
+/// Shows the eight frames of the folder on the rig.
+void present(const Dataset&, const Rig&);
+
+/// Left-out view of a light field: what DRLF makes of the others, and two plain answers.
+struct LeftOutReport {
+  std::string view;
+  double focal_distance_mm = 0;
+  double psnr_drlf_db = 0, psnr_nearest_db = 0, psnr_average_db = 0;  // sRGB, 8 bit, peak 255
+  std::string nearest, second;
+  RgbImage reference, rendered;
+};
+LeftOutReport render_left_out(const Dataset&, const std::string& view,
+                              std::optional<double> focal_distance_mm, bool use_gpu);
+
+}  // namespace wheatstone::apps
