@@ -42,6 +42,16 @@ struct SimulationOptions {
   }
 };
 
+/// The dataset in a folder that must be one, of a version this program reads.
+Dataset open_dataset(const std::string& folder) {
+  const Dataset dataset(folder);
+  if (!std::filesystem::exists(dataset.file("dataset.json")))
+    throw FileError(dataset.file("dataset.json"), "is missing",
+                    "name a folder that `wheatstone capture` or `wheatstone import` has finished");
+  dataset.read_manifest();
+  return dataset;
+}
+
 /// The twin that a captured folder came from; imported folders are shown on the default twin.
 SimulatedRigOptions twin_of(const Dataset& dataset, double scale) {
   const DatasetManifest m = dataset.read_manifest();
@@ -98,7 +108,7 @@ void add_merge(CLI::App& app) {
   auto folder = std::make_shared<std::string>();
   command->add_option("dataset", *folder, "dataset folder")->required();
   command->footer("Example:\n  wheatstone merge out/card");
-  command->callback([=] { merge(Dataset(*folder), show_progress); });
+  command->callback([=] { merge(open_dataset(*folder), show_progress); });
 }
 
 void add_calibrate(CLI::App& app) {
@@ -113,7 +123,7 @@ void add_calibrate(CLI::App& app) {
   poses->add_option("dataset", *folder, "dataset folder, merged")->required();
   poses->footer("Example:\n  wheatstone calibrate poses out/card");
   poses->callback([=] {
-    fmt::print("{}\n", calibrate_poses(Dataset(*folder), show_progress).report);
+    fmt::print("{}\n", calibrate_poses(open_dataset(*folder), show_progress).report);
   });
 
   auto* eyes = calibrate->add_subcommand(
@@ -124,7 +134,7 @@ void add_calibrate(CLI::App& app) {
       ->capture_default_str();
   eyes->footer("Example:\n  wheatstone calibrate eyes out/card");
   eyes->callback([=] {
-    const Dataset dataset(*folder);
+    const Dataset dataset = open_dataset(*folder);
     if (!std::filesystem::exists(dataset.file("alignments.json"))) {
       SimulatedRig twin(twin_of(dataset, *scale));
       record_alignments(twin.rig(), dataset);
@@ -183,7 +193,7 @@ void add_render(CLI::App& app) {
       "Example:\n  wheatstone render out/shop --method drlf --leave-out "
       "shop_13_13_-0.000000_0.000000_30_36 --out out/shop_13_13.exr");
   command->callback([=] {
-    const Dataset dataset(*folder);
+    const Dataset dataset = open_dataset(*folder);
     const auto plane =
         command->count("--focus-mm") > 0 ? std::optional<double>(*focus) : std::nullopt;
     if (!left_out->empty()) {
@@ -212,7 +222,7 @@ void add_present(CLI::App& app) {
       ->capture_default_str();
   command->footer("Example:\n  wheatstone present out/card");
   command->callback([=] {
-    const Dataset dataset(*folder);
+    const Dataset dataset = open_dataset(*folder);
     const PresentReport r = split_to_drive_frames(dataset);
     fmt::print("eight frames in {}; {} pixels too bright, {} too dark for the displays\n",
                dataset.file("drive").string(), r.above_peak_px, r.below_black_px);

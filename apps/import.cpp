@@ -47,7 +47,7 @@ std::string import_views(const std::vector<ImportedView>& listed, const Dataset&
   for (const ImportedView& v : listed) {
     if (v.path.empty()) continue;
     views.push_back(load_view(v, options.white_cd_m2));
-    views.back().name = fs::path(v.name).stem().string();
+    views.back().name = v.path.stem().string();
   }
   if (views.empty())
     throw ArgumentError("none of the posed pictures is there", "put the pictures beside the poses");

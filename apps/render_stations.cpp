@@ -34,7 +34,11 @@ class Drlf {
  public:
   Drlf(const std::vector<LightFieldView>& views, bool use_gpu) : views_(views) {
     if (!use_gpu) return;
-    context_.emplace();
+    try {
+      context_.emplace();
+    } catch (const GraphicsError& e) {
+      throw GraphicsError(e.what(), "or use --cpu, which needs no OpenGL");
+    }
     renderer_.emplace(*context_, views);
   }
   DrlfResult render(const VirtualCamera& camera, const DrlfOptions& options) {

@@ -79,8 +79,12 @@ std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset& dataset) {
   std::vector<EyeDisplayCalibration> eyes;
   for (DisplayId id : kDisplays) {
     const PanelModel& panel = panels[index_of(id)];
-    eyes.push_back(solve_eye_display(id, marks[index_of(id)], panel.lcd_width_px,
-                                     panel.lcd_height_px));
+    try {
+      eyes.push_back(solve_eye_display(id, marks[index_of(id)], panel.lcd_width_px,
+                                       panel.lcd_height_px));
+    } catch (const ArgumentError& e) {
+      throw FileError(dataset.file("alignments.json"), e.what(), "");
+    }
   }
   dataset.write_eyes(eyes);
   return eyes;

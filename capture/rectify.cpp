@@ -32,6 +32,26 @@ Bounds projected_bounds(const Intrinsics& k, const RigidTransform& T, const Comm
   return b;
 }
 
+/// The largest upright rectangle of undistorted pixels that the photo shows, from its border.
+Bounds photographed(const Intrinsics& k, const Distortion& d) {
+  Bounds b{Eigen::Vector2d::Constant(-1e300), Eigen::Vector2d::Constant(1e300)};
+  const auto undistorted = [&](double x_px, double y_px) {
+    const double y = (y_px - k.cy_px) / k.fy_px, x = (x_px - k.cx_px - k.skew_px * y) / k.fx_px;
+    const Eigen::Vector2d xy = undistort(d, {x, y});
+    return Eigen::Vector2d(k.fx_px * xy.x() + k.skew_px * xy.y() + k.cx_px,
+                           k.fy_px * xy.y() + k.cy_px);
+  };
+  constexpr int kSteps = 64;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (k.width_px - 1.0) * i / kSteps, y = (k.height_px - 1.0) * i / kSteps;
+    b.min.x() = std::max(b.min.x(), undistorted(0, y).x());
+    b.max.x() = std::min(b.max.x(), undistorted(k.width_px - 1.0, y).x());
+    b.min.y() = std::max(b.min.y(), undistorted(x, 0).y());
+    b.max.y() = std::min(b.max.y(), undistorted(x, k.height_px - 1.0).y());
+  }
+  return b;
+}
+
 /// One more than the span for the pixels at both ends, one for the crop's whole-pixel position.
 int needed(double span_px, int margin_px) {
   return static_cast<int>(std::ceil(span_px)) + 2 + 2 * margin_px;
@@ -95,15 +115,19 @@ LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& di
       size.height < needed(b.max.y() - b.min.y(), box.margin_px))
     throw ArgumentError("view " + name + ": the common size is too small for its rectangle",
                         "compute it with common_size over all views");
-  for (const Eigen::Vector3d& p : corners(box)) {
-    const Eigen::Vector2d px = project(k, d, T_camera_rsb * p);
-    if (px.x() < -0.5 || px.y() < -0.5 || px.x() > k.width_px - 0.5 || px.y() > k.height_px - 0.5)
-      throw ArgumentError("view " + name + ": the common rectangle reaches out of the photo",
-                          "choose a smaller rectangle or camera positions nearer to the middle");
-  }
+  const Bounds shown = photographed(k, d);
   const Eigen::Vector2d middle = (b.min + b.max) / 2;
-  const double x0 = std::round(middle.x() - (size.width - 1) / 2.0);
-  const double y0 = std::round(middle.y() - (size.height - 1) / 2.0);
+  if ((middle.array() < shown.min.array()).any() || (middle.array() > shown.max.array()).any() ||
+      size.width - 1 > shown.max.x() - shown.min.x() ||
+      size.height - 1 > shown.max.y() - shown.min.y())
+    throw ArgumentError("view " + name + ": the photo does not hold the common rectangle",
+                        "choose a smaller rectangle or camera positions nearer to the middle");
+  const double x0 = std::clamp(std::round(middle.x() - (size.width - 1) / 2.0),
+                               std::ceil(shown.min.x()),
+                               std::floor(shown.max.x()) - (size.width - 1));
+  const double y0 = std::clamp(std::round(middle.y() - (size.height - 1) / 2.0),
+                               std::ceil(shown.min.y()),
+                               std::floor(shown.max.y()) - (size.height - 1));
 
   LightFieldView out;
   out.name = name;

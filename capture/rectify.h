@@ -14,7 +14,7 @@ namespace wheatstone {
 
 /// The rectangle every view has to show, in rsb, and how much more around it.
 struct CommonBox {
-  Eigen::Vector2d min_mm{75, 45}, max_mm{295, 215};  // x, y
+  Eigen::Vector2d min_mm{80, 50}, max_mm{290, 210};  // x, y
   double z_mm = 0;
   int margin_px = 8;
 };
@@ -26,10 +26,12 @@ cv::Size common_size(const Intrinsics&, std::span<const RigidTransform> T_camera
 
 /// Removes the distortion and crops to `size` (from common_size over all views) around the
 /// rectangle. The crop moves by whole pixels, so a view without distortion is copied exactly;
-/// focal length and skew stay, the principal point moves. Sampling is Catmull-Rom, limited to the
-/// range of the four nearest pixels: no overshoot and no negative light. What the photo does not
-/// show is 0. Throws ArgumentError, naming the view, when the photo is not of the intrinsics'
-/// size, when `size` is too small, or when a corner of the rectangle lies outside the photo.
+/// focal length and skew stay, the principal point moves. Where the rectangle reaches out of the
+/// photo, as from the ends of the rail, the crop stops at the photo's edge, so every pixel of it was
+/// photographed. Sampling is Catmull-Rom, limited to the range of the four nearest pixels: no
+/// overshoot and no negative light. Throws ArgumentError, naming the view, when the photo is not of
+/// the intrinsics' size, when `size` is too small, or when the photo is smaller than `size` or does
+/// not show the rectangle's middle.
 LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& distorted,
                                      const Intrinsics&, const Distortion&,
                                      const RigidTransform& T_camera_rsb, const CommonBox&,

@@ -50,7 +50,7 @@ class Dataset {
   std::vector<CapturedView> read_frames() const;  // frames.json
   void write_frames(const std::vector<CapturedView>&) const;
 
-  /// markers.json: marker LEDs and near crosses in rsb, mm.
+  /// landmarks.json: marker LEDs and near crosses in rsb, mm.
   struct Landmarks {
     std::vector<Eigen::Vector3d> markers_mm, near_crosses_mm;
   };

@@ -1,0 +1,95 @@
+// The whole way of the light through the stations, on the twin at a tenth of its pixels.
+#include <gmock/gmock.h>
+
+#include "apps/check.h"
+#include "apps/stations.h"
+#include "capture/session.h"
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/files.h"
+#include "program.h"
+
+namespace wheatstone::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using Chain = TemporaryFolder;
+
+const Progress kQuiet = [](const std::string&, int, int) {};
+constexpr std::uint64_t kSeed = 7;
+constexpr double kScale = 0.1;
+
+/// From the box to calibrated views and eyes.
+Dataset capture_and_calibrate(const fs::path& root, SimulatedRig& twin) {
+  const Dataset dataset(root);
+  make_folder(root);
+  capture_light_field(twin.rig(), dataset, {3}, [](int, int) {});
+  dataset.write_manifest({"capture", "card", kSeed, kScale, "simulated rig", 0, 1});
+  merge(dataset, kQuiet);
+  calibrate_poses(dataset, kQuiet);
+  record_alignments(twin.rig(), dataset);
+  calibrate_eyes(dataset);
+  return dataset;
+}
+
+std::vector<RgbImage> read_targets(const Dataset& dataset) {
+  std::vector<RgbImage> targets;
+  for (DisplayId id : kDisplays)
+    targets.push_back(read_exr(dataset.file("targets/" + to_string(id) + ".exr")));
+  return targets;
+}
+
+TEST_F(Chain, TheEyeSeesTheBoxOnTheDisplays) {
+  SimulatedRig twin({"card", kScale, kSeed});
+  const Dataset dataset = capture_and_calibrate(root_ / "d", twin);
+  render_drlf(dataset, std::nullopt, false, kQuiet);
+  split_to_drive_frames(dataset);
+  for (const EyeCheck& check : check_at_eye(dataset, twin)) EXPECT_GT(check.pu21_psnr_db, 30);
+}
+
+TEST_F(Chain, ShaderAndCpuTwinAgree) {
+  SimulatedRig twin({"card", kScale, kSeed});
+  const Dataset dataset = capture_and_calibrate(root_ / "d", twin);
+  try {
+    render_drlf(dataset, std::nullopt, true, kQuiet);
+  } catch (const GraphicsError& e) {
+    GTEST_SKIP() << e.what();
+  }
+  const std::vector<RgbImage> gpu = read_targets(dataset);
+  render_drlf(dataset, std::nullopt, false, kQuiet);
+  const std::vector<RgbImage> cpu = read_targets(dataset);
+  for (DisplayId id : kDisplays) {
+    const cv::Mat3f& a = gpu[index_of(id)].pixels;
+    const cv::Mat3f& b = cpu[index_of(id)].pixels;
+    ASSERT_EQ(a.size(), b.size());
+    double peak = 0;
+    cv::minMaxLoc(b.reshape(1), nullptr, &peak);
+    ASSERT_GT(peak, 0) << to_string(id);
+    int close = 0;
+    for (int r = 0; r < a.rows; ++r)
+      for (int c = 0; c < a.cols; ++c)
+        close += cv::norm(a(r, c) - b(r, c), cv::NORM_INF) <= 0.01 * peak;
+    EXPECT_GE(close, 0.995 * a.rows * a.cols) << to_string(id);
+  }
+}
+
+TEST_F(Chain, EqualSeedsGiveEqualBytes) {
+  for (const char* name : {"first", "second"}) {
+    SimulatedRig twin({"card", kScale, kSeed});
+    const Dataset dataset = capture_and_calibrate(root_ / name, twin);
+    render_drlf(dataset, std::nullopt, false, kQuiet);
+    split_to_drive_frames(dataset);
+  }
+  for (const auto& [folder, count] : {std::pair("raw", 3 * 4), std::pair("drive", 8)}) {
+    int compared = 0;
+    for (const auto& entry : fs::directory_iterator(root_ / "first" / folder)) {
+      const fs::path twin_file = root_ / "second" / folder / entry.path().filename();
+      EXPECT_TRUE(read_bytes(entry.path()) == read_bytes(twin_file)) << twin_file;
+      ++compared;
+    }
+    EXPECT_EQ(compared, count) << folder;
+  }
+}
+
+}  // namespace
+}  // namespace wheatstone::apps
