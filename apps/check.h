@@ -9,7 +9,7 @@
 namespace wheatstone::apps {
 
 struct EyeCheck {
-  RgbImage displays, box;    // cd/m^2
+  RgbImage displays, box;     // cd/m^2
   ScalarImage difference_pu;  // PU21 units
   double pu21_psnr_db = 0;
 };

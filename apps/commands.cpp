@@ -1,8 +1,8 @@
 #include "apps/commands.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <memory>
 
@@ -95,9 +95,8 @@ void add_capture(CLI::App& app) {
       throw FileError(dataset.root(), "holds a dataset already", "choose another folder");
     SimulatedRig twin({simulation->scene, simulation->scale, simulation->seed});
     make_folder(dataset.root());
-    capture_light_field(twin.rig(), dataset, *plan, [](int done, int total) {
-      show_progress("capture", done, total);
-    });
+    capture_light_field(twin.rig(), dataset, *plan,
+                        [](int done, int total) { show_progress("capture", done, total); });
     dataset.write_manifest(
         {"capture", simulation->scene, simulation->seed, simulation->scale, "simulated rig", 0, 1});
   });
@@ -122,13 +121,13 @@ void add_calibrate(CLI::App& app) {
       "poses", "Camera poses from the marker LEDs; crops the views to the common box");
   poses->add_option("dataset", *folder, "dataset folder, merged")->required();
   poses->footer("Example:\n  wheatstone calibrate poses out/card");
-  poses->callback([=] {
-    fmt::print("{}\n", calibrate_poses(open_dataset(*folder), show_progress).report);
-  });
+  poses->callback(
+      [=] { fmt::print("{}\n", calibrate_poses(open_dataset(*folder), show_progress).report); });
 
   auto* eyes = calibrate->add_subcommand(
-      "eyes", "Eyes and displays from eight aligned marks per display (alignments.json, or asked "
-              "of the simulated observer when there is none)");
+      "eyes",
+      "Eyes and displays from eight aligned marks per display (alignments.json, or asked "
+      "of the simulated observer when there is none)");
   eyes->add_option("dataset", *folder, "dataset folder")->required();
   eyes->add_option("--scale", *scale, "of the simulated displays, for imported input")
       ->capture_default_str();
@@ -141,38 +140,41 @@ void add_calibrate(CLI::App& app) {
     }
     for (const EyeDisplayCalibration& e : calibrate_eyes(dataset)) {
       const Eigen::Vector3d c = camera_centre(e.T_eye_rsb);
-      fmt::print("{}: RMS {:.3f} px, eye at ({:.2f}, {:.2f}, {:.2f}) mm in rsb\n",
-                 to_string(e.id), e.rms_px, c.x(), c.y(), c.z());
+      fmt::print("{}: RMS {:.3f} px, eye at ({:.2f}, {:.2f}, {:.2f}) mm in rsb\n", to_string(e.id),
+                 e.rms_px, c.x(), c.y(), c.z());
     }
   });
 }
 
 void add_import(CLI::App& app) {
-  auto* command = app.add_subcommand("import", "Real input: a stereo frame with depth (EXR), or "
-                                               "posed pictures");
+  auto* command = app.add_subcommand("import",
+                                     "Real input: a stereo frame with depth (EXR), or "
+                                     "posed pictures");
   auto input = std::make_shared<std::string>();
   auto folder = std::make_shared<std::string>();
   auto options = std::make_shared<ImportOptions>();
   command->add_option("input", *input, "file or folder")->required();
   command->add_option("--out", *folder, "new dataset folder")->required();
-  command->add_option("--format", options->format,
-                      "auto, exr-stereo, light-field-renderer, colmap or poses")
+  command
+      ->add_option("--format", options->format,
+                   "auto, exr-stereo, light-field-renderer, colmap or poses")
       ->capture_default_str();
   command->add_option("--white-cd-m2", options->white_cd_m2, "luminance of full white")
       ->capture_default_str();
-  command->add_option("--mm-per-unit", options->mm_per_unit,
-                      "length of the input's unit; 0: chosen as documented")
+  command
+      ->add_option("--mm-per-unit", options->mm_per_unit,
+                   "length of the input's unit; 0: chosen as documented")
       ->capture_default_str();
   command->add_option("--hfov-deg", options->hfov_deg, "stereo EXR: field of view of the width")
       ->capture_default_str();
   command->footer("Example:\n  wheatstone import ../shared/data/lightfield_shop --out out/shop");
-  command->callback(
-      [=] { fmt::print("{}\n", import_input(*input, Dataset(*folder), *options)); });
+  command->callback([=] { fmt::print("{}\n", import_input(*input, Dataset(*folder), *options)); });
 }
 
 void add_render(CLI::App& app) {
-  auto* command = app.add_subcommand("render", "What the four displays shall show, or a left-out "
-                                               "view of a light field");
+  auto* command = app.add_subcommand("render",
+                                     "What the four displays shall show, or a left-out "
+                                     "view of a light field");
   auto folder = std::make_shared<std::string>();
   auto method = std::make_shared<std::string>("drlf");
   auto left_out = std::make_shared<std::string>();
@@ -199,10 +201,11 @@ void add_render(CLI::App& app) {
     if (!left_out->empty()) {
       const LeftOutReport r = render_left_out(dataset, *left_out, plane, !*cpu);
       if (!out->empty()) write_exr(*out, r.rendered);
-      fmt::print("focal plane {:.1f} mm\nDRLF {:.2f} dB\nnearest view {:.2f} dB ({})\naverage of "
-                 "two {:.2f} dB (with {})\n",
-                 r.focal_distance_mm, r.psnr_drlf_db, r.psnr_nearest_db, r.nearest,
-                 r.psnr_average_db, r.second);
+      fmt::print(
+          "focal plane {:.1f} mm\nDRLF {:.2f} dB\nnearest view {:.2f} dB ({})\naverage of "
+          "two {:.2f} dB (with {})\n",
+          r.focal_distance_mm, r.psnr_drlf_db, r.psnr_nearest_db, r.nearest, r.psnr_average_db,
+          r.second);
       return;
     }
     const TargetReport r = *method == "rgbd" ? render_rgbd(dataset)
@@ -229,8 +232,8 @@ void add_present(CLI::App& app) {
     SimulatedRig twin(twin_of(dataset, *scale));
     if (dataset.read_manifest().kind == "capture") {
       const auto checks = check_at_eye(dataset, twin);
-      fmt::print("PU21-PSNR at the eye: left {:.2f} dB, right {:.2f} dB\n",
-                 checks[0].pu21_psnr_db, checks[1].pu21_psnr_db);
+      fmt::print("PU21-PSNR at the eye: left {:.2f} dB, right {:.2f} dB\n", checks[0].pu21_psnr_db,
+                 checks[1].pu21_psnr_db);
     } else {
       present(dataset, twin.rig());
     }

@@ -24,7 +24,9 @@ using nlohmann::json;
 
 constexpr double kPictureWhiteCdM2 = 450;
 
-json figure(double value, const std::string& unit) { return {{"value", value}, {"unit", unit}}; }
+json figure(double value, const std::string& unit) {
+  return {{"value", value}, {"unit", unit}};
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -96,8 +98,7 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   report.paragraph(explain(scene));
   report.table({"figure", "value"},
                {{"PU21-PSNR at the left / right eye",
-                 fmt::format("{:.2f} / {:.2f} dB", checks[0].pu21_psnr_db,
-                             checks[1].pu21_psnr_db)},
+                 fmt::format("{:.2f} / {:.2f} dB", checks[0].pu21_psnr_db, checks[1].pu21_psnr_db)},
                 {"marker LED reprojection, RMS", fmt::format("{:.4f} px", poses.rms_px)},
                 {"camera centres against the twin's truth, RMS",
                  fmt::format("{:.4f} mm (predicted {:.4f} mm)", centre_rms_mm, predicted_rms_mm)},
@@ -153,8 +154,8 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
     const RgbImage wanted = resample_pinhole(view, k);
     const double psnr = pu21_psnr_rgb(seen, wanted);
     figures["pu21_psnr_" + view.name] = figure(psnr, "dB");
-    report.pictures({{to_srgb8(seen, 300), fmt::format("{} eye: the driven displays, {:.2f} dB",
-                                                       view.name, psnr)},
+    report.pictures({{to_srgb8(seen, 300),
+                      fmt::format("{} eye: the driven displays, {:.2f} dB", view.name, psnr)},
                      {to_srgb8(wanted, 300), view.name + " eye: the imported frame"},
                      {false_colour(pu21_difference(seen, wanted), 50),
                       view.name + " eye: difference, red = 50 PU21 units"}});

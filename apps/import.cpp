@@ -117,11 +117,11 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
     if (format == "colmap") {
       const fs::path model = has_colmap(input) ? input : input / "colmap";
       const ColmapModel colmap = read_colmap(model, input / "images", mm_per_unit);
-      line = import_views(colmap.views, dataset, options,
-                          fmt::format(", median reprojection error {:.2f} px, {} posed pictures "
-                                      "are not there",
-                                      median_reprojection_error_px(colmap),
-                                      colmap.missing_files.size()));
+      line = import_views(
+          colmap.views, dataset, options,
+          fmt::format(", median reprojection error {:.2f} px, {} posed pictures "
+                      "are not there",
+                      median_reprojection_error_px(colmap), colmap.missing_files.size()));
     } else if (format == "light-field-renderer") {
       line = import_views(read_light_field_folder(input), dataset, options, "");
     } else if (format == "poses") {

@@ -110,8 +110,8 @@ TargetReport render_drlf(const Dataset& dataset, std::optional<double> focal_z_m
     options.focal_plane = {Eigen::Vector3d::UnitZ(), *focal_z_mm};
   } else {
     const double camera_z = camera_centre(middle.T_camera_world).z();
-    PlaneInWorld found =
-        find_focal_plane(views, middle.T_camera_world, std::max(50.0, camera_z - 360), camera_z + 20, 48);
+    PlaneInWorld found = find_focal_plane(views, middle.T_camera_world,
+                                          std::max(50.0, camera_z - 360), camera_z + 20, 48);
     // The planes of the display face the viewer, so only the depth of the found plane is used.
     const double depth = distance_along_axis_mm(middle.T_camera_world, found);
     options.focal_plane = {Eigen::Vector3d::UnitZ(), camera_z - depth};
@@ -167,9 +167,9 @@ TargetReport render_rgbd(const Dataset& dataset) {
     // The picture was taken from the eye's own centre, so a rotation maps it to the display. The
     // frame's camera looks straight ahead.
     const EyeDisplayCalibration& eye = eyes[index_of(id)];
-    const RgbImage target = warp_pinhole(light, view->intrinsics,
-                                         straight_R_camera_rsb() * eye.T_eye_rsb.R.transpose(),
-                                         eye.intrinsics);
+    const RgbImage target =
+        warp_pinhole(light, view->intrinsics, straight_R_camera_rsb() * eye.T_eye_rsb.R.transpose(),
+                     eye.intrinsics);
     write_target(dataset, id, target);
   }
   TargetReport report;
@@ -217,7 +217,7 @@ void present(const Dataset& dataset, const Rig& rig) {
 
 LeftOutReport render_left_out(const Dataset& dataset, const std::string& name,
                               std::optional<double> focal_distance_mm, bool use_gpu) {
-  const double white = dataset.read_manifest().white_cd_m2;
+  double white = dataset.read_manifest().white_cd_m2;
   std::vector<LightFieldView> views = load_light_field(dataset);
   const auto found = std::find_if(views.begin(), views.end(),
                                   [&](const LightFieldView& v) { return v.name == name; });
@@ -225,6 +225,8 @@ LeftOutReport render_left_out(const Dataset& dataset, const std::string& name,
     throw ArgumentError("the light field has no view named '" + name + "'",
                         "use a name from " + dataset.file("views.json").string());
   const LightFieldView left_out = *found;
+  // A capture has no white of its own; its brightest light then is code 255.
+  if (white == 0) cv::minMaxLoc(left_out.light_cd_m2.pixels.reshape(1), nullptr, &white);
   views.erase(found);
   if (views.size() < 2)
     throw ArgumentError("leaving out a view needs at least three views", "import more");
@@ -238,24 +240,22 @@ LeftOutReport render_left_out(const Dataset& dataset, const std::string& name,
   DrlfOptions options;
   if (focal_distance_mm) {
     const Eigen::Vector3d forward = left_out.T_camera_world.R.row(2);
-    options.focal_plane = {forward, forward.dot(camera_centre(left_out.T_camera_world)) +
-                                        *focal_distance_mm};
+    options.focal_plane = {
+        forward, forward.dot(camera_centre(left_out.T_camera_world)) + *focal_distance_mm};
   } else {
-    const double step = (camera_centre(views[0].T_camera_world) -
-                         camera_centre(left_out.T_camera_world))
-                            .norm();
+    const double step =
+        (camera_centre(views[0].T_camera_world) - camera_centre(left_out.T_camera_world)).norm();
     // From a parallax of a tenth of the picture to a twentieth of a pixel between neighbours.
     const double f = left_out.intrinsics.fx_px;
-    options.focal_plane = find_focal_plane(views, left_out.T_camera_world, f * step / (0.1 * camera.width),
-                                           f * step / 0.05, 64);
+    options.focal_plane = find_focal_plane(views, left_out.T_camera_world,
+                                           f * step / (0.1 * camera.width), f * step / 0.05, 64);
   }
   Drlf drlf(views, use_gpu);
   const DrlfResult result = drlf.render(camera, options);
 
   LeftOutReport report;
   report.view = name;
-  report.focal_distance_mm =
-      distance_along_axis_mm(left_out.T_camera_world, options.focal_plane);
+  report.focal_distance_mm = distance_along_axis_mm(left_out.T_camera_world, options.focal_plane);
   report.nearest = views[0].name;
   report.second = views[1].name;
   report.reference = left_out.light_cd_m2;

@@ -24,8 +24,8 @@ std::string base64(const std::vector<unsigned char>& bytes) {
   std::string out;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = bytes.size() - i;
-    const unsigned triple = bytes[i] << 16 | (left > 1 ? bytes[i + 1] << 8 : 0) |
-                            (left > 2 ? bytes[i + 2] : 0);
+    const unsigned triple =
+        bytes[i] << 16 | (left > 1 ? bytes[i + 1] << 8 : 0) | (left > 2 ? bytes[i + 2] : 0);
     out += kDigits[triple >> 18];
     out += kDigits[triple >> 12 & 63];
     out += left > 1 ? kDigits[triple >> 6 & 63] : '=';
@@ -36,10 +36,16 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 
 }  // namespace
 
-Report::Report(const std::string& title) { body_ = "<h1>" + escape(title) + "</h1>\n"; }
+Report::Report(const std::string& title) {
+  body_ = "<h1>" + escape(title) + "</h1>\n";
+}
 
-void Report::heading(const std::string& text) { body_ += "<h2>" + escape(text) + "</h2>\n"; }
-void Report::paragraph(const std::string& text) { body_ += "<p>" + escape(text) + "</p>\n"; }
+void Report::heading(const std::string& text) {
+  body_ += "<h2>" + escape(text) + "</h2>\n";
+}
+void Report::paragraph(const std::string& text) {
+  body_ += "<p>" + escape(text) + "</p>\n";
+}
 
 void Report::table(const std::vector<std::string>& header,
                    const std::vector<std::vector<std::string>>& rows) {

@@ -27,8 +27,8 @@ void merge(const Dataset& dataset, const Progress& progress) {
     if (!std::filesystem::exists(out)) {
       std::vector<RawExposure> stack;
       for (const ExposureRecord& e : views[i].exposures)
-        stack.push_back({read_mosaic_png(dataset.file(e.file), camera.pattern),
-                         Duration::of(e.exposure_s), 1});
+        stack.push_back(
+            {read_mosaic_png(dataset.file(e.file), camera.pattern), Duration::of(e.exposure_s), 1});
       const MergedMosaic merged = merge_exposures(stack, camera);
       write_exr(out, to_radiance(demosaic_bilinear(merged.mosaic), camera), ExrPrecision::kHalf);
     }
@@ -42,10 +42,9 @@ PoseSolution calibrate_poses(const Dataset& dataset, const Progress& progress) {
   const std::vector<Eigen::Vector3d> markers = dataset.read_landmarks().markers_mm;
   std::vector<std::vector<Eigen::Vector2d>> seen;
   for (const CapturedView& view : frames) {
-    const MosaicImage frame =
-        read_mosaic_png(dataset.file(view.marker_frame.file), camera.pattern);
-    const auto centres = order_markers(find_markers(frame, camera),
-                                       dataset.file(view.marker_frame.file).string());
+    const MosaicImage frame = read_mosaic_png(dataset.file(view.marker_frame.file), camera.pattern);
+    const auto centres =
+        order_markers(find_markers(frame, camera), dataset.file(view.marker_frame.file).string());
     seen.emplace_back(centres.begin(), centres.end());
   }
   const PoseSolution solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion);
@@ -80,8 +79,8 @@ std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset& dataset) {
   for (DisplayId id : kDisplays) {
     const PanelModel& panel = panels[index_of(id)];
     try {
-      eyes.push_back(solve_eye_display(id, marks[index_of(id)], panel.lcd_width_px,
-                                       panel.lcd_height_px));
+      eyes.push_back(
+          solve_eye_display(id, marks[index_of(id)], panel.lcd_width_px, panel.lcd_height_px));
     } catch (const ArgumentError& e) {
       throw FileError(dataset.file("alignments.json"), e.what(), "");
     }

@@ -122,12 +122,12 @@ LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& di
       size.height - 1 > shown.max.y() - shown.min.y())
     throw ArgumentError("view " + name + ": the photo does not hold the common rectangle",
                         "choose a smaller rectangle or camera positions nearer to the middle");
-  const double x0 = std::clamp(std::round(middle.x() - (size.width - 1) / 2.0),
-                               std::ceil(shown.min.x()),
-                               std::floor(shown.max.x()) - (size.width - 1));
-  const double y0 = std::clamp(std::round(middle.y() - (size.height - 1) / 2.0),
-                               std::ceil(shown.min.y()),
-                               std::floor(shown.max.y()) - (size.height - 1));
+  const double x0 =
+      std::clamp(std::round(middle.x() - (size.width - 1) / 2.0), std::ceil(shown.min.x()),
+                 std::floor(shown.max.x()) - (size.width - 1));
+  const double y0 =
+      std::clamp(std::round(middle.y() - (size.height - 1) / 2.0), std::ceil(shown.min.y()),
+                 std::floor(shown.max.y()) - (size.height - 1));
 
   LightFieldView out;
   out.name = name;

@@ -27,8 +27,8 @@ cv::Size common_size(const Intrinsics&, std::span<const RigidTransform> T_camera
 /// Removes the distortion and crops to `size` (from common_size over all views) around the
 /// rectangle. The crop moves by whole pixels, so a view without distortion is copied exactly;
 /// focal length and skew stay, the principal point moves. Where the rectangle reaches out of the
-/// photo, as from the ends of the rail, the crop stops at the photo's edge, so every pixel of it was
-/// photographed. Sampling is Catmull-Rom, limited to the range of the four nearest pixels: no
+/// photo, as from the ends of the rail, the crop stops at the photo's edge, so every pixel of it
+/// was photographed. Sampling is Catmull-Rom, limited to the range of the four nearest pixels: no
 /// overshoot and no negative light. Throws ArgumentError, naming the view, when the photo is not of
 /// the intrinsics' size, when `size` is too small, or when the photo is smaller than `size` or does
 /// not show the rectangle's middle.

@@ -28,7 +28,8 @@ void capture_light_field(const Rig&, const Dataset&, const CapturePlan&,
                          const std::function<void(int, int)>& progress);
 
 /// Asks the observer to align a mark of every display with the four near crosses and the four
-/// marker LEDs, and writes alignments.json. Errors: DeviceError, FileError.
-void record_alignments(const Rig&, const Dataset&);
+/// marker LEDs, each `settings` times, and writes the means to alignments.json.
+/// Errors: ArgumentError unless settings >= 1; DeviceError; FileError.
+void record_alignments(const Rig&, const Dataset&, int settings = 5);
 
 }  // namespace wheatstone

@@ -22,9 +22,7 @@ class Clock {
   /// Returns at or after `at_ns`.
   virtual void wait_until(Nanoseconds at_ns) = 0;
 
-  Deadline in(Duration d) const {
-    return {now_ns() + static_cast<Nanoseconds>(d.value() * 1e9)};
-  }
+  Deadline in(Duration d) const { return {now_ns() + static_cast<Nanoseconds>(d.value() * 1e9)}; }
 };
 
 /// The machine's monotonic clock.

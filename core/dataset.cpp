@@ -21,8 +21,9 @@ const json& array_of(const json& object, const std::string& key, std::size_t siz
 }
 
 json to_json(const Intrinsics& k) {
-  return {{"fx_px", k.fx_px}, {"fy_px", k.fy_px}, {"skew_px", k.skew_px}, {"cx_px", k.cx_px},
-          {"cy_px", k.cy_px}, {"width_px", k.width_px}, {"height_px", k.height_px}};
+  return {{"fx_px", k.fx_px},        {"fy_px", k.fy_px}, {"skew_px", k.skew_px},
+          {"cx_px", k.cx_px},        {"cy_px", k.cy_px}, {"width_px", k.width_px},
+          {"height_px", k.height_px}};
 }
 
 Intrinsics intrinsics_from_json(const json& j, const path& file) {
@@ -185,8 +186,8 @@ std::vector<PanelModel> Dataset::read_displays() const {
     m.H_lcd_projector =
         matrix_from_json(json_get<json>(p, "H_lcd_projector", f), 3, 3, f, "H_lcd_projector");
     for (const json& lobe : array_of(p, "psf", 0, f))
-      m.psf.push_back({json_get<double>(lobe, "sigma_lcd_px", f),
-                       json_get<double>(lobe, "weight", f)});
+      m.psf.push_back(
+          {json_get<double>(lobe, "sigma_lcd_px", f), json_get<double>(lobe, "weight", f)});
     m.peak_cd_m2 = json_get<double>(p, "peak_cd_m2", f);
     m.leak_cd_m2 = json_get<double>(p, "leak_cd_m2", f);
     m.lcd_black = json_get<double>(p, "lcd_black", f);

@@ -63,13 +63,13 @@ template <class A, class B>
 }  // namespace detail
 
 /// Our own invariants: WHEATSTONE_CHECK(a, ==, b) throws InternalError with both operands.
-#define WHEATSTONE_CHECK(a, op, b)                                                              \
-  do {                                                                                          \
-    const auto& wheatstone_a = (a);                                                             \
-    const auto& wheatstone_b = (b);                                                             \
-    if (!(wheatstone_a op wheatstone_b))                                                        \
-      ::wheatstone::detail::check_failed(#a " " #op " " #b, __FILE__, __LINE__, wheatstone_a,   \
-                                         wheatstone_b);                                         \
+#define WHEATSTONE_CHECK(a, op, b)                                                            \
+  do {                                                                                        \
+    const auto& wheatstone_a = (a);                                                           \
+    const auto& wheatstone_b = (b);                                                           \
+    if (!(wheatstone_a op wheatstone_b))                                                      \
+      ::wheatstone::detail::check_failed(#a " " #op " " #b, __FILE__, __LINE__, wheatstone_a, \
+                                         wheatstone_b);                                       \
   } while (false)
 
 }  // namespace wheatstone

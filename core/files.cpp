@@ -45,8 +45,7 @@ std::string remedy_for(int error) {
 }
 
 [[noreturn]] void fail(const fs::path& path, const std::string& action, int error) {
-  throw FileError(path, "cannot " + action + " (" + std::strerror(error) + ")",
-                  remedy_for(error));
+  throw FileError(path, "cannot " + action + " (" + std::strerror(error) + ")", remedy_for(error));
 }
 
 void sync_to_disk(const fs::path& path, int flags, const fs::path& named) {

@@ -21,8 +21,7 @@ Eigen::Matrix2d distort_jacobian(const Distortion& d, const Eigen::Vector2d& xy)
   const double slope = 2 * (d.k1 + r2 * (2 * d.k2 + r2 * 3 * d.k3));  // d radial / d r2, times 2
   Eigen::Matrix2d J;
   J << radial + x * x * slope + 2 * d.p1 * y + 6 * d.p2 * x,
-      x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y,
-      x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y,
+      x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y, x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y,
       radial + y * y * slope + 6 * d.p1 * y + 2 * d.p2 * x;
   return J;
 }

@@ -10,7 +10,9 @@ namespace {
 constexpr const char* kPatternNames[] = {"RGGB", "BGGR", "GRBG", "GBRG"};
 }
 
-std::string to_string(BayerPattern p) { return kPatternNames[static_cast<int>(p)]; }
+std::string to_string(BayerPattern p) {
+  return kPatternNames[static_cast<int>(p)];
+}
 
 BayerPattern bayer_pattern_from_string(const std::string& text) {
   for (int i = 0; i < 4; ++i)
@@ -28,9 +30,8 @@ ScalarImage luminance_cd_m2(const RgbImage& image) {
   for (int r = 0; r < image.height(); ++r)
     for (int c = 0; c < image.width(); ++c) {
       const cv::Vec3f& p = image.pixels(r, c);
-      out.pixels(r, c) = static_cast<float>(kLuminanceWeights[0] * p[0] +
-                                            kLuminanceWeights[1] * p[1] +
-                                            kLuminanceWeights[2] * p[2]);
+      out.pixels(r, c) = static_cast<float>(
+          kLuminanceWeights[0] * p[0] + kLuminanceWeights[1] * p[1] + kLuminanceWeights[2] * p[2]);
     }
   return out;
 }
@@ -49,8 +50,7 @@ void require_valid_radiance(const RgbImage& image, const std::string& what) {
   if (first_row < 0) return;
   std::ostringstream out;
   out << what << " holds impossible radiance: " << nan << " NaN, " << infinite << " infinite, "
-      << negative << " negative samples, first at column " << first_column << ", row "
-      << first_row;
+      << negative << " negative samples, first at column " << first_column << ", row " << first_row;
   throw ArgumentError(out.str(), "repair or leave out this image");
 }
 

@@ -47,8 +47,12 @@ void throw_bad_key(const std::filesystem::path& file, const std::string& key,
   throw FileError(file, "key \"" + key + "\" " + problem, "see docs/dataset.md for this file");
 }
 
-json to_json(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
-json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+json to_json(const Eigen::Vector2d& v) {
+  return {v.x(), v.y()};
+}
+json to_json(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 json to_json(const Eigen::MatrixXd& m) {
   json rows = json::array();

@@ -21,8 +21,7 @@ void write_json(const std::filesystem::path&, const std::string& schema, nlohman
 /// Element access for readers; the error names the file, the key and the expected type.
 /// T: double, int, std::uint64_t, bool, std::string, std::vector<...>, nlohmann::json.
 template <class T>
-T json_get(const nlohmann::json& object, const std::string& key,
-           const std::filesystem::path& file);
+T json_get(const nlohmann::json& object, const std::string& key, const std::filesystem::path& file);
 
 nlohmann::json to_json(const Eigen::Vector2d&);
 nlohmann::json to_json(const Eigen::Vector3d&);
@@ -35,8 +34,7 @@ Eigen::Vector2d vector2_from_json(const nlohmann::json&, const std::filesystem::
                                   const std::string& key);
 
 template <class T>
-T json_get(const nlohmann::json& object, const std::string& key,
-           const std::filesystem::path& file);
+T json_get(const nlohmann::json& object, const std::string& key, const std::filesystem::path& file);
 
 /// FileError for `key`; shared by the readers.
 [[noreturn]] void throw_bad_key(const std::filesystem::path& file, const std::string& key,

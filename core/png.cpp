@@ -27,9 +27,9 @@ cv::Mat read(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_bytes(path);
   cv::Mat image;
   try {
-    image = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U,
-                                 const_cast<std::byte*>(bytes.data())),
-                         cv::IMREAD_UNCHANGED);
+    image = cv::imdecode(
+        cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<std::byte*>(bytes.data())),
+        cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
     image.release();
   }
@@ -119,8 +119,8 @@ RgbImage read_srgb_picture(const std::filesystem::path& path, double white_cd_m2
       for (int k = 0; k < 3; ++k) {
         const int channel = channels == 1 ? 0 : 2 - k;
         const int at = c * channels + channel;
-        const int code = depth == CV_8U ? image.ptr<unsigned char>(r)[at]
-                                        : image.ptr<unsigned short>(r)[at];
+        const int code =
+            depth == CV_8U ? image.ptr<unsigned char>(r)[at] : image.ptr<unsigned short>(r)[at];
         out.pixels(r, c)[k] = table[code];
       }
   return out;

@@ -4,9 +4,15 @@
 
 namespace wheatstone {
 
-std::string to_string(Eye eye) { return eye == Eye::kLeft ? "left" : "right"; }
-std::string to_string(Plane plane) { return plane == Plane::kNear ? "near" : "far"; }
-std::string to_string(DisplayId id) { return to_string(id.eye) + "_" + to_string(id.plane); }
+std::string to_string(Eye eye) {
+  return eye == Eye::kLeft ? "left" : "right";
+}
+std::string to_string(Plane plane) {
+  return plane == Plane::kNear ? "near" : "far";
+}
+std::string to_string(DisplayId id) {
+  return to_string(id.eye) + "_" + to_string(id.plane);
+}
 
 DisplayId display_from_string(const std::string& text) {
   for (DisplayId id : kDisplays)

@@ -38,11 +38,13 @@ struct DisplayId {
 inline constexpr std::array<DisplayId, 4> kDisplays = {
     DisplayId{Eye::kLeft, Plane::kNear}, DisplayId{Eye::kLeft, Plane::kFar},
     DisplayId{Eye::kRight, Plane::kNear}, DisplayId{Eye::kRight, Plane::kFar}};
-std::string to_string(Eye);        // "left", "right"
-std::string to_string(Plane);      // "near", "far"
-std::string to_string(DisplayId);  // "left_near", ...
+std::string to_string(Eye);                         // "left", "right"
+std::string to_string(Plane);                       // "near", "far"
+std::string to_string(DisplayId);                   // "left_near", ...
 DisplayId display_from_string(const std::string&);  // throws ArgumentError
-inline int index_of(DisplayId d) { return (d.eye == Eye::kRight ? 2 : 0) + (d.plane == Plane::kFar); }
+inline int index_of(DisplayId d) {
+  return (d.eye == Eye::kRight ? 2 : 0) + (d.plane == Plane::kFar);
+}
 
 /// One Gaussian of a point spread function; the weights of a PSF sum to 1.
 struct GaussianLobe {
@@ -57,7 +59,7 @@ struct GaussianLobe {
 /// p_warped is p sampled bilinearly through H_lcd_projector, 0 outside the projector's image.
 struct PanelModel {
   DisplayId id;
-  Length distance;              // eye to the plane along the optical axis
+  Length distance;                     // eye to the plane along the optical axis
   double width_mm = 0, height_mm = 0;  // lit area
   int lcd_width_px = 0, lcd_height_px = 0;
   int projector_width_px = 0, projector_height_px = 0;
@@ -77,8 +79,8 @@ struct Alignment {
 struct EyeDisplayCalibration {
   DisplayId id;
   Eigen::Matrix<double, 3, 4> P_lcd_rsb = Eigen::Matrix<double, 3, 4>::Zero();
-  Intrinsics intrinsics;      // K from RQ, size of the LCD
-  RigidTransform T_eye_rsb;   // R, t from RQ
+  Intrinsics intrinsics;     // K from RQ, size of the LCD
+  RigidTransform T_eye_rsb;  // R, t from RQ
   double rms_px = 0;
   std::vector<Eigen::Vector2d> residuals_px;  // predicted - aligned, one per mark
 };

@@ -32,15 +32,23 @@ using Vergence = Quantity<struct VergenceTag>;    // dioptre, 1/m
 using Luminance = Quantity<struct LuminanceTag>;  // cd/m^2
 using Duration = Quantity<struct DurationTag>;    // s
 
-constexpr Length operator""_mm(long double v) { return Length::of(static_cast<double>(v)); }
-constexpr Vergence operator""_D(long double v) { return Vergence::of(static_cast<double>(v)); }
+constexpr Length operator""_mm(long double v) {
+  return Length::of(static_cast<double>(v));
+}
+constexpr Vergence operator""_D(long double v) {
+  return Vergence::of(static_cast<double>(v));
+}
 constexpr Luminance operator""_cd_m2(long double v) {
   return Luminance::of(static_cast<double>(v));
 }
-constexpr Duration operator""_s(long double v) { return Duration::of(static_cast<double>(v)); }
+constexpr Duration operator""_s(long double v) {
+  return Duration::of(static_cast<double>(v));
+}
 
 /// Focal distance of a plane `distance` away from the eye. Pre: distance > 0 mm.
-constexpr Vergence vergence_at(Length distance) { return Vergence::of(1000.0 / distance.value()); }
+constexpr Vergence vergence_at(Length distance) {
+  return Vergence::of(1000.0 / distance.value());
+}
 static_assert(vergence_at(400.0_mm) == 2.5_D);
 
 }  // namespace wheatstone

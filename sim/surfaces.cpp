@@ -120,6 +120,14 @@ Vector3f Surface::albedo_at(const Vector3f& p) const {
     s *= 3;
     rgb[static_cast<int>(c)] = 0.475F + 0.375F * s / std::sqrt(1 + s * s);
   }
+  if (rim_mm > 0) {
+    const Eigen::Vector2f uv = uv_at(p);
+    const float to_edge_mm = std::min(std::min(uv.x(), 1 - uv.x()) * edge_u.norm(),
+                                      std::min(uv.y(), 1 - uv.y()) * edge_v.norm());
+    const float t = std::clamp(to_edge_mm / rim_mm, 0.0F, 1.0F);
+    const float shown = t * t * (3 - 2 * t);
+    rgb = shown * rgb + (1 - shown) * Vector3f::Constant(kWallAlbedo);
+  }
   return rgb;
 }
 
@@ -136,6 +144,7 @@ std::vector<Surface> make_surfaces(const std::string& scene_name) {
 
   if (scene_name == "card") {
     out.push_back(Surface::quad({115, 80, 1}, {140, 0, 0}, {0, 100, 0}, true, 2));
+    out.back().rim_mm = 8;  // so that the card has no detail finer than its texture
   } else if (scene_name == "sphere") {
     out.push_back(Surface::sphere({185, 115, 150}, 35, 0.15F));
   } else if (scene_name == "objects") {

@@ -19,6 +19,7 @@ struct Surface {
   float radius = 0;
   bool textured = false;  // else a black wall
   float specular = 0;     // weight of the Phong lobe
+  float rim_mm = 0;       // quad: the texture fades to black over this distance from the edge
 
   // Irradiance / pi in cd/m^2 at drive 1, on nodes u = i/(nu-1), v = j/(nv-1); [j * nu + i].
   int nu = 0, nv = 0;

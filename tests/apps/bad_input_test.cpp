@@ -4,6 +4,7 @@
 #include <ImfRgbaFile.h>
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -42,9 +43,11 @@ class BadInput : public TemporaryFolder {
 };
 
 TEST_F(BadInput, MissingDataset) {
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{"merge"}, {"calibrate", "poses"}, {"calibrate", "eyes"},
-        {"render"}, {"present"}}) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"merge"},
+                                                  {"calibrate", "poses"},
+                                                  {"calibrate", "eyes"},
+                                                  {"render"},
+                                                  {"present"}}) {
     std::vector<std::string> arguments = command;
     arguments.push_back(path("nowhere"));
     expect_refused(run_program(arguments),
@@ -66,8 +69,8 @@ TEST_F(BadInput, DamagedExr) {
 
 TEST_F(BadInput, RadianceThatIsNoLight) {
   const Dataset dataset = write_small_light_field(root_ / "d");
-  for (const float value : {std::numeric_limits<float>::quiet_NaN(),
-                            std::numeric_limits<float>::infinity(), -1.0f}) {
+  for (const float value :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1.0f}) {
     Imf::Array2D<Imf::Rgba> pixels(36, 48);
     for (int r = 0; r < 36; ++r)
       for (int c = 0; c < 48; ++c) pixels[r][c] = Imf::Rgba(1, 1, 1);
@@ -110,9 +113,9 @@ TEST_F(BadInput, PosesWithoutTheirConvention) {
   poses.erase("convention");
   store(dataset.file("views.json"), poses);
   expect_render_refused("d/views.json", {std::string("add \"convention\": \"") + kPoseConvention});
-  expect_refused(run_program({"import", path("d/views.json"), "--format", "poses", "--out",
-                              path("imported")}),
-                 {path("d/views.json"), kPoseConvention});
+  expect_refused(
+      run_program({"import", path("d/views.json"), "--format", "poses", "--out", path("imported")}),
+      {path("d/views.json"), kPoseConvention});
   EXPECT_FALSE(fs::exists(path("imported/dataset.json")));
 }
 
@@ -154,6 +157,16 @@ TEST_F(BadInput, EyeMarksOnOnePlane) {
   expect_nothing_half_written(root_);
 }
 
+// A capture has no white of its own, and still a view of it can be left out and compared.
+TEST_F(BadInput, ACaptureNeedsNoWhite) {
+  write_small_light_field(root_ / "d");
+  const Outcome outcome = run_program(
+      {"render", path("d"), "--cpu", "--leave-out", "view_1", "--out", path("view_1.exr")});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, ::testing::HasSubstr("DRLF"));
+  EXPECT_EQ(read_exr(path("view_1.exr")).width(), 48);
+}
+
 // Tests may run as root, whom permission bits do not stop; these places stop everyone.
 TEST_F(BadInput, OutputThatCannotBeWritten) {
   const Dataset dataset = write_small_light_field(root_ / "d");
@@ -162,9 +175,9 @@ TEST_F(BadInput, OutputThatCannotBeWritten) {
     expect_refused(run_program({"capture", out, "--scale", "0.05"}), {out, "check the path"});
     expect_refused(run_program({"import", path("d/views.json"), "--format", "poses", "--out", out}),
                    {out, "check the path"});
-    expect_refused(run_program({"render", path("d"), "--cpu", "--leave-out", "view_1", "--out",
-                                out + ".exr"}),
-                   {out + ".exr", "folder"});
+    expect_refused(
+        run_program({"render", path("d"), "--cpu", "--leave-out", "view_1", "--out", out + ".exr"}),
+        {out + ".exr", "folder"});
   }
   expect_nothing_half_written(root_);
 }
@@ -180,10 +193,17 @@ TEST_F(BadInput, NoOpenGl) {
 }
 
 TEST(Help, EverySubcommandShowsAnExample) {
-  for (std::vector<std::string> command :
-       {std::vector<std::string>{}, {"demo"}, {"capture"}, {"merge"}, {"calibrate"},
-        {"calibrate", "poses"}, {"calibrate", "eyes"}, {"import"}, {"render"}, {"present"},
-        {"doctor"}}) {
+  for (std::vector<std::string> command : {std::vector<std::string>{},
+                                           {"demo"},
+                                           {"capture"},
+                                           {"merge"},
+                                           {"calibrate"},
+                                           {"calibrate", "poses"},
+                                           {"calibrate", "eyes"},
+                                           {"import"},
+                                           {"render"},
+                                           {"present"},
+                                           {"doctor"}}) {
     command.emplace_back("--help");
     const Outcome outcome = run_program(command);
     EXPECT_EQ(outcome.status, 0) << command[0];

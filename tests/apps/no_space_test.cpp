@@ -1,6 +1,6 @@
 // A full disk, played by a limit on the size of a file: what cannot be written whole is not there.
-#include <algorithm>
-#include <fstream>
+#include <filesystem>
+#include <string>
 
 #include "apps/stations.h"
 #include "program.h"

@@ -19,7 +19,7 @@ struct Outcome {
 };
 
 struct Surroundings {
-  std::vector<std::string> environment;   // "NAME=value"
+  std::vector<std::string> environment;      // "NAME=value"
   std::optional<rlim_t> largest_file_bytes;  // writes beyond it fail as on a full disk
 };
 

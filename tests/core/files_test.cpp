@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 class AtomicFiles : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("files_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ =
+        fs::path(testing::TempDir()) /
+        (std::string("files_") + testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove_all(folder_);
     make_folder(folder_);
   }

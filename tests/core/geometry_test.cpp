@@ -9,11 +9,10 @@ namespace wheatstone {
 namespace {
 
 TEST(Geometry, InnerFramesCancel) {
-  const RigidTransform T_a_b{Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized())
-                                 .toRotationMatrix(),
-                             {1, 2, 3}};
-  const RigidTransform T_b_c{
-      Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitY()).toRotationMatrix(), {-4, 5, 6}};
+  const RigidTransform T_a_b{
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {1, 2, 3}};
+  const RigidTransform T_b_c{Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitY()).toRotationMatrix(),
+                             {-4, 5, 6}};
   const Eigen::Vector3d p(7, -8, 9);
   EXPECT_TRUE(((T_a_b * T_b_c) * p).isApprox(T_a_b * (T_b_c * p), 1e-14));
   EXPECT_TRUE((T_a_b.inverse() * (T_a_b * p)).isApprox(p, 1e-14));

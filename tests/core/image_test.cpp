@@ -15,8 +15,8 @@ TEST(Image, WhiteHasTheLuminanceOfItsComponents) {
 }
 
 TEST(Image, EveryBayerCellHasOneRedTwoGreenOneBlue) {
-  for (auto p : {BayerPattern::kRggb, BayerPattern::kBggr, BayerPattern::kGrbg,
-                 BayerPattern::kGbrg}) {
+  for (auto p :
+       {BayerPattern::kRggb, BayerPattern::kBggr, BayerPattern::kGrbg, BayerPattern::kGbrg}) {
     int count[3] = {};
     for (int r = 0; r < 2; ++r)
       for (int c = 0; c < 2; ++c) ++count[bayer_colour(p, r, c)];
