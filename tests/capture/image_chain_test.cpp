@@ -100,8 +100,8 @@ TEST(Rectify, EveryViewShowsTheRectangleWithItsOwnPose) {
       ASSERT_EQ(view.light_cd_m2.pixels.size(), size);
       EXPECT_EQ(view.intrinsics.width_px, size.width);
       double worst = 0;
-      for (double x = 75; x <= 295; x += 10)
-        for (double y = 45; y <= 215; y += 10) {
+      for (double x = box.min_mm.x(); x <= box.max_mm.x(); x += 10)
+        for (double y = box.min_mm.y(); y <= box.max_mm.y(); y += 10) {
           const Eigen::Vector2d px = project(view.intrinsics, {}, T * Eigen::Vector3d(x, y, 0));
           ASSERT_GE(px.minCoeff(), box.margin_px - 1);
           ASSERT_LE(px.x(), size.width - box.margin_px);
@@ -112,6 +112,21 @@ TEST(Rectify, EveryViewShowsTheRectangleWithItsOwnPose) {
         }
       EXPECT_LT(worst, d.is_zero() ? 1e-3 : 0.1);
     }
+}
+
+TEST(Rectify, ACropNeverLeavesThePhoto) {
+  const CommonBox box;
+  const Distortion d{-0.1, 0.05, 0.001, -0.001, 0};
+  const RigidTransform T = pose_at(270);  // the rectangle's left edge is out of this photo
+  const cv::Size size = common_size(kCamera, std::vector{T}, box);
+  const LightFieldView view = rectify_to_common_box("v", photo(d, T), kCamera, d, T, box, size);
+  EXPECT_LT(project(view.intrinsics, {}, T * Eigen::Vector3d(box.min_mm.x(), 130, 0)).x(), 0);
+  double worst = 0;
+  for (int r = 0; r < size.height; ++r)
+    for (int c = 0; c < size.width; ++c)
+      worst = std::max(worst, std::abs(double(view.light_cd_m2.pixels(r, c)[1]) -
+                                       wall_seen(view.intrinsics, {}, T, c, r)));
+  EXPECT_LT(worst, 0.2);
 }
 
 TEST(Rectify, NoNegativeLightAtSharpEdges) {
@@ -141,7 +156,7 @@ TEST(Rectify, WhatCannotBeShownIsRefusedByName) {
       EXPECT_THAT(e.what(), testing::HasSubstr(part));
     }
   };
-  refused(pose_at(400), {400, 400}, "out of the photo");
+  refused(pose_at(400), {400, 400}, "does not hold the common rectangle");
   refused(pose_at(185), {20, 20}, "too small");
   EXPECT_THROW(common_size(kCamera, {}, box), ArgumentError);
 }
