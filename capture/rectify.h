@@ -14,7 +14,7 @@ namespace wheatstone {
 
 /// The rectangle every view has to show, in rsb, and how much more around it.
 struct CommonBox {
-  Eigen::Vector2d min_mm{80, 50}, max_mm{290, 210};  // x, y
+  Eigen::Vector2d min_mm{75, 25}, max_mm{295, 235};  // x, y
   double z_mm = 0;
   int margin_px = 8;
 };
