@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/commands.h"
+#include "apps/commands/commands.h"
 #include "core/error.h"
 
 int main(int argc, char** argv) {
@@ -11,7 +11,10 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Example:\n  wheatstone demo --out out/demo");
   try {
-    wheatstone::apps::add_commands(app);
+    using namespace wheatstone::apps;
+    for (const auto add : {add_demo, add_capture, add_merge, add_calibrate, add_import, add_render,
+                           add_present, add_doctor})
+      add(app);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& e) {

@@ -1,0 +1,50 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/common.h"
+#include "apps/stations.h"
+#include "capture/session.h"
+#include "core/error.h"
+
+namespace wheatstone::apps {
+
+void add_calibrate(CLI::App& app) {
+  auto* calibrate = app.add_subcommand("calibrate", "Camera poses, eyes");
+  calibrate->require_subcommand(1);
+  calibrate->footer("Example:\n  wheatstone calibrate poses out/card");
+  auto folder = std::make_shared<std::string>();
+  auto scale = std::make_shared<double>(0.25);
+
+  auto* poses = calibrate->add_subcommand(
+      "poses", "Camera poses from the marker LEDs; crops the views to the common box");
+  poses->add_option("dataset", *folder, "dataset folder, merged")->required();
+  poses->footer("Example:\n  wheatstone calibrate poses out/card");
+  poses->callback(
+      [=] { fmt::print("{}\n", calibrate_poses(open_dataset(*folder), show_progress).report); });
+
+  auto* eyes = calibrate->add_subcommand(
+      "eyes",
+      "Eyes and displays from eight aligned marks per display (alignments.json, or asked "
+      "of the simulated observer when there is none)");
+  eyes->add_option("dataset", *folder, "dataset folder")->required();
+  eyes->add_option("--scale", *scale, "of the simulated displays, for imported input")
+      ->capture_default_str();
+  eyes->footer("Example:\n  wheatstone calibrate eyes out/card");
+  eyes->callback([=] {
+    const Dataset dataset = open_dataset(*folder);
+    if (!std::filesystem::exists(dataset.file("alignments.json"))) {
+      SimulatedRig twin(twin_of(dataset, *scale));
+      record_alignments(twin.rig(), dataset);
+    }
+    for (const EyeDisplayCalibration& e : calibrate_eyes(dataset)) {
+      const Eigen::Vector3d c = camera_centre(e.T_eye_rsb);
+      fmt::print("{}: RMS {:.3f} px, eye at ({:.2f}, {:.2f}, {:.2f}) mm in rsb\n", to_string(e.id),
+                 e.rms_px, c.x(), c.y(), c.z());
+    }
+  });
+}
+
+}  // namespace wheatstone::apps

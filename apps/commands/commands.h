@@ -1,0 +1,18 @@
+#pragma once
+// The subcommands of `wheatstone`, one file each. Each function adds its command, whose callback
+// does the work and throws wheatstone::Error when what was asked could not be done.
+
+#include <CLI/App.hpp>
+
+namespace wheatstone::apps {
+
+void add_demo(CLI::App&);
+void add_capture(CLI::App&);
+void add_merge(CLI::App&);
+void add_calibrate(CLI::App&);
+void add_import(CLI::App&);
+void add_render(CLI::App&);
+void add_present(CLI::App&);
+void add_doctor(CLI::App&);
+
+}  // namespace wheatstone::apps

@@ -1,0 +1,42 @@
+#include "apps/commands/common.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+
+#include "core/error.h"
+
+namespace wheatstone::apps {
+
+void show_progress(const std::string& what, int done, int total) {
+  if (isatty(STDERR_FILENO)) {
+    fmt::print(stderr, "\r{}: {}/{}\x1b[K{}", what, done, total, done == total ? "\n" : "");
+  } else if (done == total) {
+    fmt::print(stderr, "{}: done\n", what);
+  }
+}
+
+void SimulationOptions::add_to(CLI::App& command) {
+  command.add_option("--scene", scene, "card, sphere or objects")->capture_default_str();
+  command.add_option("--scale", scale, "of all pixel counts of the simulated rig, in (0, 1]")
+      ->capture_default_str();
+  command.add_option("--seed", seed, "of everything random")->capture_default_str();
+}
+
+Dataset open_dataset(const std::string& folder) {
+  const Dataset dataset(folder);
+  if (!std::filesystem::exists(dataset.file("dataset.json")))
+    throw FileError(dataset.file("dataset.json"), "is missing",
+                    "name a folder that `wheatstone capture` or `wheatstone import` has finished");
+  dataset.read_manifest();
+  return dataset;
+}
+
+SimulatedRigOptions twin_of(const Dataset& dataset, double scale) {
+  const DatasetManifest m = dataset.read_manifest();
+  if (m.kind == "capture") return {m.scene, m.scale, m.seed};
+  return {"card", scale, 7};
+}
+
+}  // namespace wheatstone::apps

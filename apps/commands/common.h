@@ -1,0 +1,30 @@
+#pragma once
+// What several subcommands share.
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <string>
+
+#include "core/dataset.h"
+#include "sim/simulated_rig.h"
+
+namespace wheatstone::apps {
+
+/// A line that rewrites itself on a terminal; one line when all is done otherwise.
+void show_progress(const std::string& what, int done, int total);
+
+struct SimulationOptions {
+  std::string scene = "card";
+  double scale = 0.25;
+  std::uint64_t seed = 7;
+
+  void add_to(CLI::App& command);
+};
+
+/// The dataset in a folder that must be one, of a version this program reads.
+Dataset open_dataset(const std::string& folder);
+
+/// The twin that a captured folder came from; imported folders are shown on the default twin.
+SimulatedRigOptions twin_of(const Dataset&, double scale);
+
+}  // namespace wheatstone::apps
