@@ -143,7 +143,8 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
   report.paragraph("openexr_stereo/beachball: " + line +
                    ". Each eye's light is split over the two planes by its depth, per pixel; what "
                    "the simulated eye receives is compared with the frame itself, seen through the "
-                   "same window.");
+                   "same window. Pure colours differ most: a dark channel cannot fall below a "
+                   "thousandth of the backlight that its bright neighbour needs.");
   json& figures = summary["real_stereo"];
   for (const LightFieldView& view : load_light_field(dataset)) {
     const Eye eye = view.name == "left" ? Eye::kLeft : Eye::kRight;
