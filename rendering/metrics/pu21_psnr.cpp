@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "core/error.h"
@@ -34,32 +36,51 @@ double mean_squared(cv::Size size, const cv::Mat1b* mask, SquaredError squared_e
   return sum / (mask ? cv::countNonZero(*mask) : static_cast<double>(size.area()));
 }
 
+enum class PsnrChannels { kRgb, kLuminance };
+
 struct FastMean {
   double mse = 0;
   bool valid = true;  // false if light was not; mse is then meaningless
 };
 
-/// Mean over the masked pixels of the squared difference between encoded rows.
+/// Mean over the masked pixels of the squared difference between encoded rows: of the luminance,
+/// or of R, G and B, which are encoded alike and so taken as one row of samples.
 FastMean fast_mean_squared(const RgbImage& test, const RgbImage& reference, const cv::Mat1b* mask,
-                           detail::Pu21Source source) {
+                           PsnrChannels channels) {
+  constexpr int kStripRows = 32;
   const int width = test.width(), height = test.height();
-  std::vector<double> sums(height, 0.0);
-  std::vector<char> valid(height, 1);
-  tbb::parallel_for(0, height, [&](int r) {
-    std::vector<float> x(width), y(width);
-    std::vector<double> squares(width, 0.0);
-    const bool test_valid = source.encode(test.pixels[r], width, x.data());
-    valid[r] = source.encode(reference.pixels[r], width, y.data()) && test_valid;
-    detail::accumulate_squared_difference(x.data(), y.data(), width, squares.data(), best_simd());
-    for (int c = 0; c < width; ++c)
-      if (!mask || (*mask)(r, c)) sums[r] += squares[c];
+  const int per_pixel = channels == PsnrChannels::kRgb ? 3 : 1, samples = per_pixel * width;
+  const Simd simd = best_simd();
+  const auto encode = [&](const RgbImage& image, int row, float* pu21) {
+    const cv::Vec3f* light = image.pixels[row];
+    if (channels == PsnrChannels::kLuminance)
+      return detail::Pu21Source::luminance().encode(light, width, pu21);
+    return detail::pu21_encode_span(detail::pu21_table(Pu21Variant::kBandingGlare), light->val,
+                                    static_cast<std::size_t>(samples), pu21, simd);
+  };
+  std::vector<FastMean> strips((height + kStripRows - 1) / kStripRows);
+  tbb::parallel_for(std::size_t{0}, strips.size(), [&](std::size_t i) {
+    FastMean& strip = strips[i];
+    std::vector<float> x(samples), y(samples);
+    std::vector<double> squares(samples, 0.0);  // of each column
+    const int begin = static_cast<int>(i) * kStripRows;
+    for (int r = begin; r < std::min(begin + kStripRows, height); ++r) {
+      strip.valid &= encode(test, r, x.data());
+      strip.valid &= encode(reference, r, y.data());
+      if (mask)
+        for (int c = 0; c < width; ++c)
+          if (!(*mask)(r, c)) std::copy_n(&x[c * per_pixel], per_pixel, &y[c * per_pixel]);
+      detail::accumulate_squared_difference(x.data(), y.data(), samples, squares.data(), simd);
+    }
+    strip.mse = std::accumulate(squares.begin(), squares.end(), 0.0);
   });
   FastMean out;
-  for (int r = 0; r < height; ++r) {
-    out.mse += sums[r];
-    out.valid &= valid[r] != 0;
+  for (const FastMean& strip : strips) {  // in order, whichever thread did them
+    out.mse += strip.mse;
+    out.valid &= strip.valid;
   }
-  out.mse /= mask ? cv::countNonZero(*mask) : static_cast<double>(test.pixels.total());
+  out.mse /=
+      per_pixel * (mask ? cv::countNonZero(*mask) : static_cast<double>(test.pixels.total()));
   return out;
 }
 
@@ -84,33 +105,25 @@ constexpr double kFastUpTo_db = 80;
 
 template <class SquaredError>
 double pu21_psnr(const RgbImage& test, const RgbImage& reference, const cv::Mat1b* mask,
-                 std::initializer_list<detail::Pu21Source> sources, SquaredError exactly) {
+                 PsnrChannels channels, SquaredError exactly) {
   detail::require_same_size(test, reference, mask);
   detail::require_not_black(test, reference);
-  double mse = 0;
-  for (const detail::Pu21Source source : sources) {
-    const FastMean mean = fast_mean_squared(test, reference, mask, source);
-    if (!mean.valid) detail::require_valid_light(test, reference);
-    mse += mean.mse / static_cast<double>(sources.size());
-  }
-  const double fast = decibel(mse, kPu21Peak);
-  if (fast < kFastUpTo_db) return fast;
+  const FastMean fast = fast_mean_squared(test, reference, mask, channels);
+  if (!fast.valid) detail::require_valid_light(test, reference);
+  if (const double db = decibel(fast.mse, kPu21Peak); db < kFastUpTo_db) return db;
   return decibel(mean_squared(test.pixels.size(), mask, exactly), kPu21Peak);
 }
 
 }  // namespace
 
 double pu21_psnr_rgb(const RgbImage& test, const RgbImage& reference, const cv::Mat1b* mask) {
-  using detail::Pu21Source;
-  return pu21_psnr(test, reference, mask,
-                   {Pu21Source::channel(0), Pu21Source::channel(1), Pu21Source::channel(2)},
-                   [&](int r, int c) {
-                     return squared_pu21_difference(test.pixels(r, c), reference.pixels(r, c));
-                   });
+  return pu21_psnr(test, reference, mask, PsnrChannels::kRgb, [&](int r, int c) {
+    return squared_pu21_difference(test.pixels(r, c), reference.pixels(r, c));
+  });
 }
 
 double pu21_psnr_luminance(const RgbImage& test, const RgbImage& reference, const cv::Mat1b* mask) {
-  return pu21_psnr(test, reference, mask, {detail::Pu21Source::luminance()}, [&](int r, int c) {
+  return pu21_psnr(test, reference, mask, PsnrChannels::kLuminance, [&](int r, int c) {
     const double d =
         pu21_encode(luminance(test.pixels(r, c))) - pu21_encode(luminance(reference.pixels(r, c)));
     return d * d;

@@ -4,6 +4,11 @@
 #include <cmath>
 #include <cstdint>
 
+#include <opencv2/core/hal/intrin.hpp>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #include "core/image.h"
 #include "rendering/metrics/pu21.h"
 
@@ -47,13 +52,70 @@ constexpr std::uint32_t kLargestFinite = 0x7f7fffff;
   *valid = invalid == 0;
 }
 
-[[gnu::always_inline]] inline void luminance(const float* rgb, int count, float* __restrict out) {
-  constexpr auto kRed = static_cast<float>(kLuminanceWeights[0]),
-                 kGreen = static_cast<float>(kLuminanceWeights[1]),
-                 kBlue = static_cast<float>(kLuminanceWeights[2]);
-  for (int i = 0; i < count; ++i)
+constexpr auto kRed = static_cast<float>(kLuminanceWeights[0]),
+               kGreen = static_cast<float>(kLuminanceWeights[1]),
+               kBlue = static_cast<float>(kLuminanceWeights[2]);
+
+/// Pixels from `first` on; returns whether their samples are valid. Compilers split interleaved
+/// colours badly, so this one loop is written with vectors.
+bool luminance_portable(const float* rgb, int first, int count, float* out) {
+  int i = first;
+  for (; i + 4 <= count; i += 4) {
+    cv::v_float32x4 r, g, b;
+    cv::v_load_deinterleave(rgb + 3 * i, r, g, b);
+    cv::v_store(out + i, r * cv::v_setall_f32(kRed) + g * cv::v_setall_f32(kGreen) +
+                             b * cv::v_setall_f32(kBlue));
+  }
+  for (; i < count; ++i)
     out[i] = kRed * rgb[3 * i] + kGreen * rgb[3 * i + 1] + kBlue * rgb[3 * i + 2];
+  bool valid = true;
+  is_light(rgb + 3 * first, 3 * (count - first), &valid);
+  return valid;
 }
+
+#if defined(__x86_64__)
+/// For 48 interleaved samples in three registers: where lane i of one colour lies, first among the
+/// 32 samples of the first two, then among the result of that and the third.
+struct ColourLanes {
+  alignas(64) std::array<std::int32_t, 16> in_first_two{}, in_all{};
+  constexpr explicit ColourLanes(int colour) {
+    for (int i = 0; i < 16; ++i) {
+      const int at = 3 * i + colour;
+      in_first_two[i] = at < 32 ? at : 0;
+      in_all[i] = at < 32 ? i : 16 + at - 32;
+    }
+  }
+};
+constexpr std::array<ColourLanes, 3> kColourLanes = {ColourLanes(0), ColourLanes(1),
+                                                     ColourLanes(2)};
+
+[[gnu::target("avx512f")]] bool luminance_avx512(const float* rgb, int count, float* out) {
+  __m512i first_two[3], all[3];
+  for (int k = 0; k < 3; ++k) {
+    first_two[k] = _mm512_load_si512(kColourLanes[k].in_first_two.data());
+    all[k] = _mm512_load_si512(kColourLanes[k].in_all.data());
+  }
+  const __m512 red = _mm512_set1_ps(kRed), green = _mm512_set1_ps(kGreen),
+               blue = _mm512_set1_ps(kBlue);
+  __mmask16 invalid = 0;
+  int i = 0;
+  for (; i + 16 <= count; i += 16) {
+    __m512 samples[3], colour[3];
+    for (int k = 0; k < 3; ++k) {
+      samples[k] = _mm512_loadu_ps(rgb + 3 * i + 16 * k);
+      invalid |= _mm512_cmpgt_epu32_mask(_mm512_castps_si512(samples[k]),
+                                         _mm512_set1_epi32(kLargestFinite));
+    }
+    for (int k = 0; k < 3; ++k)
+      colour[k] = _mm512_permutex2var_ps(
+          _mm512_permutex2var_ps(samples[0], first_two[k], samples[1]), all[k], samples[2]);
+    const __m512 red_green =
+        _mm512_add_ps(_mm512_mul_ps(red, colour[0]), _mm512_mul_ps(green, colour[1]));
+    _mm512_storeu_ps(out + i, _mm512_add_ps(red_green, _mm512_mul_ps(blue, colour[2])));
+  }
+  return luminance_portable(rgb, i, count, out) && invalid == 0;
+}
+#endif
 
 struct Moments {
   float mean, square;
@@ -126,6 +188,16 @@ template <class Value>
   }
 }
 
+[[gnu::always_inline]] inline void sum_and_difference(const float* a, const float* b, int count,
+                                                      float* __restrict sum,
+                                                      float* __restrict difference) {
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    sum[i] = a[i] + b[i];
+    difference[i] = a[i] - b[i];
+  }
+}
+
 [[gnu::always_inline]] inline void accumulate(const float* values, const float* weights, int count,
                                               double* __restrict sums) {
   if (weights)
@@ -154,15 +226,18 @@ SsimWindow::SsimWindow() {
   for (int k = 0; k <= kRadius; ++k) tap[k] = static_cast<float>(weight[k] / sum);
 }
 
-bool is_light_row(const float* samples, int count, Simd simd) {
-  bool valid = true;
-  run<is_light>(simd, samples, count, &valid);
-  return valid;
+bool luminance_row(const float* rgb, int count, float* luminance_cd_m2, Simd simd) {
+#if defined(__x86_64__)
+  if (simd == Simd::kAvx512) return luminance_avx512(rgb, count, luminance_cd_m2);
+#else
+  (void)simd;
+#endif
+  return luminance_portable(rgb, 0, count, luminance_cd_m2);
 }
 
-bool luminance_row(const float* rgb, int count, float* luminance_cd_m2, Simd simd) {
-  run<luminance>(simd, rgb, count, luminance_cd_m2);
-  return is_light_row(rgb, 3 * count, simd);
+void sum_and_difference_row(const float* a, const float* b, int count, float* sum,
+                            float* difference, Simd simd) {
+  run<sum_and_difference>(simd, a, b, count, sum, difference);
 }
 
 void window_columns(const SsimWindow& window, const float* const* rows_s,

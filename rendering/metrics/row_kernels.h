@@ -11,8 +11,8 @@ namespace wheatstone::detail {
 /// whether all samples were valid light (finite, >= 0).
 bool luminance_row(const float* rgb, int count, float* luminance_cd_m2, Simd);
 
-/// Whether all samples are valid light.
-bool is_light_row(const float* samples, int count, Simd);
+void sum_and_difference_row(const float* a, const float* b, int count, float* sum,
+                            float* difference, Simd);
 
 /// sums[i] += weights[i] values[i], with weight 1 where weights is null. Column sums in double keep
 /// the order of additions, and so the result, free of the vectors' width.

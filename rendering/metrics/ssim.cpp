@@ -1,6 +1,7 @@
 #include "rendering/metrics/ssim.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -31,9 +32,17 @@ std::optional<cv::Mat1f> weights_of(const cv::Mat1b* mask) {
 }
 
 PairedRows pu21_rows(const RgbImage& test, const RgbImage& reference, Pu21Source source) {
-  return [&test, &reference, source](int row, int column, int count, float* x, float* y) {
-    const bool test_valid = source.encode(test.pixels[row] + column, count, x);
-    return source.encode(reference.pixels[row] + column, count, y) && test_valid;
+  return [&test, &reference, source](int row, float* x, float* y) {
+    const bool test_valid = source.encode(test.pixels[row], test.width(), x);
+    return source.encode(reference.pixels[row], reference.width(), y) && test_valid;
+  };
+}
+
+PairedRows plane_rows(const cv::Mat1f& test, const cv::Mat1f& reference) {
+  return [&test, &reference](int row, float* x, float* y) {
+    std::copy_n(test[row], test.cols, x);
+    std::copy_n(reference[row], reference.cols, y);
+    return true;
   };
 }
 
@@ -62,28 +71,39 @@ double ssim(const RgbImage& test, const RgbImage& reference, const cv::Mat1b* ma
   });
 }
 
-/// Means of 2x2 pixels; an odd last row or column is repeated.
+/// Means of 2x2 pixels of two rows (the same one twice for an odd last row); an odd last column is
+/// repeated.
+void halve(const float* above, const float* below, int count, float* out) {
+  for (int c = 0; c < (count + 1) / 2; ++c) {
+    const int left = 2 * c, right = std::min(2 * c + 1, count - 1);
+    out[c] = 0.25F * ((above[left] + above[right]) + (below[left] + below[right]));
+  }
+}
+
 cv::Mat1f halved(const cv::Mat1f& plane) {
   cv::Mat1f out((plane.rows + 1) / 2, (plane.cols + 1) / 2);
-  tbb::parallel_for(0, out.rows, [&](int r) {
-    const float* above = plane[2 * r];
-    const float* below = plane[std::min(2 * r + 1, plane.rows - 1)];
-    for (int c = 0; c < out.cols; ++c) {
-      const int left = 2 * c, right = std::min(2 * c + 1, plane.cols - 1);
-      out(r, c) = 0.25F * ((above[left] + above[right]) + (below[left] + below[right]));
-    }
-  });
+  for (int r = 0; r < out.rows; ++r)
+    halve(plane[2 * r], plane[std::min(2 * r + 1, plane.rows - 1)], plane.cols, out[r]);
   return out;
 }
 
-/// PU21 values of a whole picture.
-cv::Mat1f encoded(const RgbImage& image, Pu21Source source, bool& valid) {
-  cv::Mat1f out(image.pixels.size());
-  std::vector<char> row_valid(static_cast<std::size_t>(image.height()), 1);
-  tbb::parallel_for(0, image.height(), [&](int r) {
-    row_valid[r] = source.encode(image.pixels[r], image.width(), out[r]);
+struct Planes {
+  cv::Mat1f test, reference;
+};
+
+/// The next coarser scale.
+Planes halved(cv::Size size, const PairedRows& rows) {
+  const cv::Size half((size.width + 1) / 2, (size.height + 1) / 2);
+  Planes out{cv::Mat1f(half), cv::Mat1f(half)};
+  tbb::parallel_for(tbb::blocked_range<int>(0, half.height), [&](const auto& range) {
+    cv::Mat1f above(2, size.width), below(2, size.width);
+    for (int r = range.begin(); r < range.end(); ++r) {
+      rows(2 * r, above[0], above[1]);
+      rows(std::min(2 * r + 1, size.height - 1), below[0], below[1]);
+      halve(above[0], below[0], size.width, out.test[r]);
+      halve(above[1], below[1], size.width, out.reference[r]);
+    }
   });
-  for (const char v : row_valid) valid &= v != 0;
   return out;
 }
 
@@ -96,23 +116,20 @@ double ms_ssim(const RgbImage& test, const RgbImage& reference, const cv::Mat1b*
           fmt::format("{}x{} pixels are too few for the five scales of MS-SSIM", test.width(),
                       test.height()),
           fmt::format("give pictures of at least {0}x{0} pixels, or use SSIM", kMsSsimMinSide_px));
-    bool valid = true;
-    cv::Mat1f x = encoded(test, source, valid), y = encoded(reference, source, valid);
-    if (!valid) detail::require_valid_light(test, reference);
+    cv::Size size = test.pixels.size();
+    PairedRows rows = pu21_rows(test, reference, source);
+    Planes planes;
     std::optional<cv::Mat1f> weights = weights_of(mask);
     double product = 1;
     for (std::size_t scale = 0; scale < kExponents.size(); ++scale) {
       if (scale > 0) {
-        x = halved(x);
-        y = halved(y);
+        planes = halved(size, rows);
+        size = planes.test.size();
+        rows = plane_rows(planes.test, planes.reference);
         if (weights) weights = halved(*weights);
       }
-      const auto rows = [&](int row, int column, int count, float* a, float* b) {
-        std::copy_n(x[row] + column, count, a);
-        std::copy_n(y[row] + column, count, b);
-        return true;
-      };
-      const SsimMeans means = ssim_means(x.size(), rows, weights ? &*weights : nullptr);
+      const SsimMeans means = ssim_means(size, rows, weights ? &*weights : nullptr);
+      if (!means.valid) detail::require_valid_light(test, reference);
       const double factor = scale + 1 < kExponents.size() ? means.contrast_structure : means.ssim;
       product *= std::pow(std::max(factor, 0.0), kExponents[scale]);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <vector>
 
 #include "rendering/metrics/row_kernels.h"
@@ -12,86 +13,96 @@ namespace wheatstone::detail {
 namespace {
 
 constexpr int kRadius = SsimWindow::kRadius, kTaps = SsimWindow::kTaps;
-// A tile's eleven rows of sums and differences fill half of a usual first-level cache.
-constexpr int kTileWidth = 256, kTileColumns = kTileWidth - 2 * kRadius, kTileRows = 128;
+// Pictures are read in whole rows, which memory delivers fastest, and windowed in tiles of a block
+// of rows: a block's sums and differences fit the second-level cache (451 kB at 2160 columns), a
+// tile's the first.
+constexpr int kStripRows = 240, kBlockRows = 8, kRingRows = kBlockRows + 2 * kRadius;
+constexpr int kTileWidth = 256, kTileColumns = kTileWidth - 2 * kRadius;
 
-using Row = std::array<float, kTileWidth>;
+using TileRow = std::array<float, kTileWidth>;
 
-struct TileSums {
-  double ssim = 0, contrast_structure = 0;
-  bool valid = true;
+/// What a thread works in. Kept from one call to the next: pages fresh from the system would cost
+/// as much time as the windows themselves.
+struct Workspace {
+  cv::Mat1f pair;                                          // a row of test, a row of reference
+  cv::Mat1f sums, differences;                             // rings of rows
+  std::vector<double> ssim_sums, contrast_structure_sums;  // of each column
 };
 
-/// One tile from the rows to its sums, with everything between in the cache.
-class Tile {
+/// A strip of rows, scored by one thread.
+class Strip {
  public:
-  Tile(cv::Size size, cv::Rect area, const PairedRows& rows, const cv::Mat1f* weights,
-       cv::Mat1f* map)
-      : size_(size), area_(area), rows_(rows), weights_(weights), map_(map) {}
+  Strip(cv::Size size, const PairedRows& rows, const cv::Mat1f* weights, cv::Mat1f* map)
+      : size_(size), rows_(rows), weights_(weights), map_(map), work_(workspace()) {
+    work_.pair.create(2, padded_width());
+    work_.sums.create(kRingRows, padded_width());
+    work_.differences.create(kRingRows, padded_width());
+    work_.ssim_sums.assign(size.width, 0.0);
+    work_.contrast_structure_sums.assign(size.width, 0.0);
+  }
 
-  TileSums run() {
-    for (int row = area_.y - kRadius; row < area_.y + kRadius; ++row) load(row);
-    for (int row = area_.y; row < area_.y + area_.height; ++row) {
-      load(row + kRadius);
-      score(row);
+  /// Sums, not means, over rows begin..end-1.
+  SsimMeans run(int begin, int end) {
+    int loaded = begin - kRadius;
+    for (int block = begin; block < end; block += kBlockRows) {
+      const int block_end = std::min(block + kBlockRows, end);
+      for (; loaded < block_end + kRadius; ++loaded) load(loaded);
+      for (int column = 0; column < size_.width; column += kTileColumns)
+        for (int row = block; row < block_end; ++row)
+          score(row, column, std::min(kTileColumns, size_.width - column));
     }
-    TileSums out{0, 0, valid_};
-    for (int i = 0; i < area_.width; ++i) {
-      out.ssim += ssim_sums_[i];
-      out.contrast_structure += contrast_structure_sums_[i];
-    }
-    return out;
+    return {std::accumulate(work_.ssim_sums.begin(), work_.ssim_sums.end(), 0.0),
+            std::accumulate(work_.contrast_structure_sums.begin(),
+                            work_.contrast_structure_sums.end(), 0.0),
+            valid_};
   }
 
  private:
-  int slot(int row) const { return (row - area_.y + kTaps) % kTaps; }
+  static Workspace& workspace() {
+    thread_local Workspace work;
+    return work;
+  }
+  /// With the repeated borders, and a multiple of 64 bytes, as vectors like it.
+  int padded_width() const { return (size_.width + 2 * kRadius + 15) / 16 * 16; }
+  static int ring_row(int row) { return (row + kRadius) % kRingRows; }
 
   /// Sum and difference of a row, with the picture's border repeated around it.
   void load(int row) {
-    const int first = area_.x - kRadius, last = area_.x + area_.width + kRadius;
-    const int begin = std::max(first, 0), end = std::min(last, size_.width);
-    alignas(64) Row test, reference;
-    const int left = begin - first, count = end - begin, width = last - first;
-    valid_ &= rows_(std::clamp(row, 0, size_.height - 1), begin, count, test.data() + left,
-                    reference.data() + left);
-    for (Row* values : {&test, &reference}) {
-      std::fill_n(values->begin(), left, (*values)[left]);
-      std::fill(values->begin() + left + count, values->begin() + width,
-                (*values)[left + count - 1]);
+    valid_ &= rows_(std::clamp(row, 0, size_.height - 1), work_.pair[0] + kRadius,
+                    work_.pair[1] + kRadius);
+    for (float* values : {work_.pair[0], work_.pair[1]}) {
+      float* end = values + kRadius + size_.width;
+      std::fill_n(values, kRadius, values[kRadius]);
+      std::fill_n(end, kRadius, end[-1]);
     }
-    Row &s = sums_[slot(row)], &d = differences_[slot(row)];
-    for (int i = 0; i < width; ++i) {
-      s[i] = test[i] + reference[i];
-      d[i] = test[i] - reference[i];
-    }
+    sum_and_difference_row(work_.pair[0], work_.pair[1], size_.width + 2 * kRadius,
+                           work_.sums[ring_row(row)], work_.differences[ring_row(row)], simd_);
   }
 
-  void score(int row) {
+  void score(int row, int column, int count) {
     std::array<const float*, kTaps> s{}, d{};
     for (int k = 0; k < kTaps; ++k) {
-      s[k] = sums_[slot(row + k - kRadius)].data();
-      d[k] = differences_[slot(row + k - kRadius)].data();
+      s[k] = work_.sums[ring_row(row + k - kRadius)] + column;
+      d[k] = work_.differences[ring_row(row + k - kRadius)] + column;
     }
-    alignas(64) Row mean_s, variance_s, mean_d, square_d, ssim, contrast_structure;
+    alignas(64) TileRow mean_s, variance_s, mean_d, square_d, ssim, contrast_structure;
     const MomentRows moments{mean_s.data(), variance_s.data(), mean_d.data(), square_d.data()};
-    window_columns(window_, s.data(), d.data(), area_.width + 2 * kRadius, moments, simd_);
-    window_row(window_, moments, area_.width, ssim.data(), contrast_structure.data(), simd_);
-    const float* weights = weights_ ? (*weights_)[row] + area_.x : nullptr;
-    accumulate_row(ssim.data(), weights, area_.width, ssim_sums_.data(), simd_);
-    accumulate_row(contrast_structure.data(), weights, area_.width, contrast_structure_sums_.data(),
-                   simd_);
-    if (map_) std::copy_n(ssim.begin(), area_.width, (*map_)[row] + area_.x);
+    window_columns(window_, s.data(), d.data(), count + 2 * kRadius, moments, simd_);
+    window_row(window_, moments, count, ssim.data(), contrast_structure.data(), simd_);
+    const float* weights = weights_ ? (*weights_)[row] + column : nullptr;
+    accumulate_row(ssim.data(), weights, count, work_.ssim_sums.data() + column, simd_);
+    accumulate_row(contrast_structure.data(), weights, count,
+                   work_.contrast_structure_sums.data() + column, simd_);
+    if (map_) std::copy_n(ssim.begin(), count, (*map_)[row] + column);
   }
 
   const Simd simd_ = best_simd();
   const SsimWindow window_;
   const cv::Size size_;
-  const cv::Rect area_;
   const PairedRows& rows_;
   const cv::Mat1f* weights_;
   cv::Mat1f* map_;
-  alignas(64) std::array<Row, kTaps> sums_, differences_;  // a ring: row r is at slot(r)
-  std::array<double, kTileColumns> ssim_sums_{}, contrast_structure_sums_{};
+  Workspace& work_;
   bool valid_ = true;
 };
 
@@ -99,17 +110,13 @@ class Tile {
 
 SsimMeans ssim_means(cv::Size size, const PairedRows& rows, const cv::Mat1f* weights,
                      cv::Mat1f* map) {
-  std::vector<cv::Rect> areas;
-  for (int y = 0; y < size.height; y += kTileRows)
-    for (int x = 0; x < size.width; x += kTileColumns)
-      areas.emplace_back(x, y, std::min(kTileColumns, size.width - x),
-                         std::min(kTileRows, size.height - y));
-  std::vector<TileSums> sums(areas.size());
-  tbb::parallel_for(std::size_t{0}, areas.size(), [&](std::size_t i) {
-    sums[i] = Tile(size, areas[i], rows, weights, map).run();
+  std::vector<SsimMeans> sums((size.height + kStripRows - 1) / kStripRows);
+  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t i) {
+    const int begin = static_cast<int>(i) * kStripRows;
+    sums[i] = Strip(size, rows, weights, map).run(begin, std::min(begin + kStripRows, size.height));
   });
   SsimMeans out;
-  for (const TileSums& s : sums) {  // in the tiles' order, whichever thread did them
+  for (const SsimMeans& s : sums) {  // in the strips' order, whichever thread did them
     out.ssim += s.ssim;
     out.contrast_structure += s.contrast_structure;
     out.valid &= s.valid;

@@ -6,10 +6,9 @@
 
 namespace wheatstone::detail {
 
-/// Writes `count` values of test and reference, from (row, column) on; false if they came from
-/// light that is not valid. Called from several threads at once.
-using PairedRows =
-    std::function<bool(int row, int column, int count, float* test, float* reference)>;
+/// Writes one row of test and reference; false if it came from light that is not valid. Called from
+/// several threads at once, and for some rows more than once.
+using PairedRows = std::function<bool(int row, float* test, float* reference)>;
 
 struct SsimMeans {
   double ssim = 0, contrast_structure = 0;
