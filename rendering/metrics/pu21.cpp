@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "rendering/metrics/pu21_glsl.h"
 #include "rendering/metrics/pu21_table.h"
 
 namespace wheatstone {
@@ -58,6 +59,10 @@ double pu21_decode(double pu21, Pu21Variant variant) {
   const Parameters& p = parameters(variant);
   const double v = std::pow(std::max(pu21 / p.p7 + p.p6, 0.0), 1 / p.p5);
   return std::pow(std::max(v - p.p1, 0.0) / (p.p2 - p.p3 * v), 1 / p.p4);
+}
+
+const char* pu21_glsl() {
+  return kPu21Glsl;
 }
 
 void pu21_encode(std::span<const float> luminance_cd_m2, std::span<float> pu21,

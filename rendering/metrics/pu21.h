@@ -30,6 +30,10 @@ double pu21_decode(double pu21, Pu21Variant = Pu21Variant::kBandingGlare);
 void pu21_encode(std::span<const float> luminance_cd_m2, std::span<float> pu21,
                  Pu21Variant = Pu21Variant::kBandingGlare);
 
+/// GLSL functions pu21_encode(float or vec3, int variant) and pu21_decode, to paste after the
+/// #version line of a shader; see pu21.glsl.
+const char* pu21_glsl();
+
 /// 10 log10(256^2 / MSE) in dB over R, G, B encoded separately (banding_glare); +infinity for
 /// equal images. Only pixels with mask != 0 count. The same for any number of threads; within
 /// 1e-4 dB of the score in double precision. All scores below share the errors:
