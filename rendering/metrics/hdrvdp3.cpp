@@ -1,12 +1,12 @@
 #include "rendering/metrics/hdrvdp3.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
+#include "rendering/metrics/hdrvdp3/plane.h"
 #include "rendering/metrics/hdrvdp3/steerable_pyramid.h"
 #include "rendering/metrics/hdrvdp3/visible_difference.h"
 #include "rendering/metrics/hdrvdp3/visual_pathway.h"
@@ -50,16 +50,12 @@ void require_comparable(const RgbImage& test, const RgbImage& reference,
 
 /// 1 where a channel differs by more than 0.1 % of the reference.
 cv::Mat1d difference_mask(const RgbImage& test, const RgbImage& reference) {
-  cv::Mat1d mask(test.pixels.size());
-  tbb::parallel_for(0, mask.rows, [&](int r) {
-    for (int c = 0; c < mask.cols; ++c) {
-      const cv::Vec3d t = test.pixels(r, c), s = reference.pixels(r, c);
-      mask(r, c) = 0;
-      for (int k = 0; k < 3; ++k)
-        if (std::abs(t[k] - s[k]) > 1e-3 * s[k]) mask(r, c) = 1;
-    }
+  return make_plane(test.pixels.size(), [&](int r, int c) {
+    const cv::Vec3d t = test.pixels(r, c), s = reference.pixels(r, c);
+    for (int k = 0; k < 3; ++k)
+      if (std::abs(t[k] - s[k]) > 1e-3 * s[k]) return 1;
+    return 0;
   });
-  return mask;
 }
 
 struct Channels {
@@ -88,11 +84,9 @@ HdrVdp3Result hdr_vdp3(const RgbImage& test, const RgbImage& reference,
     const VisualPathway pathway(size, ppd, options.spectra);
     const Channels seen_test = see(test, pathway, levels),
                    seen_reference = see(reference, pathway, levels);
-    cv::Mat1d log10_adaptation(size);
-    tbb::parallel_for(0, size.height, [&](int r) {
-      for (int c = 0; c < size.width; ++c)
-        log10_adaptation(r, c) = std::log10(
-            (seen_test.adaptation_cd_m2(r, c) + seen_reference.adaptation_cd_m2(r, c)) / 2);
+    const cv::Mat1d log10_adaptation = make_plane(size, [&](int r, int c) {
+      return std::log10((seen_test.adaptation_cd_m2(r, c) + seen_reference.adaptation_cd_m2(r, c)) /
+                        2);
     });
     differences = visible_difference(seen_test.bands, seen_reference.bands, log10_adaptation,
                                      difference_mask(test, reference), ppd);

@@ -57,10 +57,10 @@ void cosine_to_dft(const double* in, double* dft, int n, const HalfSampleShift& 
 enum class Direction { kForward, kInverse };
 
 /// Transforms the rows and transposes, so that a second call does the columns.
-cv::Mat1d transform_rows_transposed(const cv::Mat1d& in, Direction direction) {
+void transform_rows_transposed(const cv::Mat1d& in, cv::Mat1d& out, Direction direction) {
   const int n = in.cols;
   const HalfSampleShift shift(n);
-  cv::Mat1d out(n, in.rows);
+  out.create(n, in.rows);
   tbb::parallel_for(0, (in.rows + kStripRows - 1) / kStripRows, [&](int strip) {
     const cv::Range rows(strip * kStripRows, std::min(in.rows, (strip + 1) * kStripRows));
     cv::Mat1d before(rows.size(), n), after(rows.size(), n);
@@ -80,19 +80,22 @@ cv::Mat1d transform_rows_transposed(const cv::Mat1d& in, Direction direction) {
         unfold(after[r], before[r], n);
     cv::transpose(before, out.colRange(rows));
   });
-  return out;
+}
+
+void transform(cv::Mat1d& image, Direction direction) {
+  cv::Mat1d transposed;
+  transform_rows_transposed(image, transposed, direction);
+  transform_rows_transposed(transposed, image, direction);
 }
 
 }  // namespace
 
-cv::Mat1d cosine_transform(const cv::Mat1d& image) {
-  return transform_rows_transposed(transform_rows_transposed(image, Direction::kForward),
-                                   Direction::kForward);
+void cosine_transform(cv::Mat1d& image) {
+  transform(image, Direction::kForward);
 }
 
-cv::Mat1d inverse_cosine_transform(const cv::Mat1d& spectrum) {
-  return transform_rows_transposed(transform_rows_transposed(spectrum, Direction::kInverse),
-                                   Direction::kInverse);
+void inverse_cosine_transform(cv::Mat1d& spectrum) {
+  transform(spectrum, Direction::kInverse);
 }
 
 }  // namespace wheatstone

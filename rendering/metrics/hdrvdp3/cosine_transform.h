@@ -10,8 +10,8 @@ namespace wheatstone {
 
 /// X(l, k) = sum over m, n of x(m, n) cos(pi l (2m + 1) / 2H) cos(pi k (2n + 1) / 2W).
 /// Index k belongs to k / 2W cycles per pixel. Same bytes for every number of threads.
-cv::Mat1d cosine_transform(const cv::Mat1d& image);
+void cosine_transform(cv::Mat1d& image_to_spectrum);
 /// Its exact inverse.
-cv::Mat1d inverse_cosine_transform(const cv::Mat1d& spectrum);
+void inverse_cosine_transform(cv::Mat1d& spectrum_to_image);
 
 }  // namespace wheatstone

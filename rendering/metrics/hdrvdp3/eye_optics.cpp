@@ -1,12 +1,11 @@
 #include "rendering/metrics/hdrvdp3/eye_optics.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
 #include "rendering/metrics/hdrvdp3/cosine_transform.h"
+#include "rendering/metrics/hdrvdp3/plane.h"
 
 namespace wheatstone {
 
@@ -17,20 +16,20 @@ double eye_mtf(double rho_cpd) {
          (1 - kC2) * (1 - kC1) * std::exp(-360 * rho_cpd);
 }
 
-EyeGlare::EyeGlare(cv::Size size, double pixels_per_degree) : gain_(size) {
+EyeGlare::EyeGlare(cv::Size size, double pixels_per_degree) {
   const double y_cpd = pixels_per_degree / (2 * size.height);
   const double x_cpd = pixels_per_degree / (2 * size.width);
-  tbb::parallel_for(0, size.height, [&](int r) {
-    double* row = gain_[r];
-    for (int c = 0; c < size.width; ++c) row[c] = eye_mtf(std::hypot(r * y_cpd, c * x_cpd));
+  gain_ = make_plane(size, [&](int r, int c) {
+    const double y = r * y_cpd, x = c * x_cpd;
+    return eye_mtf(std::sqrt(y * y + x * x));
   });
 }
 
-cv::Mat1d EyeGlare::operator()(const cv::Mat1d& plane) const {
+void EyeGlare::apply(cv::Mat1d& plane) const {
   WHEATSTONE_CHECK(plane.size(), ==, gain_.size());
-  cv::Mat1d spectrum = cosine_transform(plane);
-  cv::multiply(spectrum, gain_, spectrum);
-  return inverse_cosine_transform(spectrum);
+  cosine_transform(plane);
+  fill_plane(plane, [&](int r, int c) { return plane(r, c) * gain_(r, c); });
+  inverse_cosine_transform(plane);
 }
 
 double pupil_diameter_mm(double luminance_cd_m2, double area_deg2, double age_years) {

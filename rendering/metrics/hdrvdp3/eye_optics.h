@@ -15,9 +15,9 @@ double eye_mtf(double rho_cpd);
 class EyeGlare {
  public:
   EyeGlare(cv::Size, double pixels_per_degree);
-  /// Any linear light; may come out slightly negative beside very bright spots.
-  /// Pre: plane.size() is the constructor's.
-  cv::Mat1d operator()(const cv::Mat1d& plane) const;
+  /// Replaces any linear light by what reaches the retina, which may be slightly negative beside
+  /// very bright spots. Pre: plane.size() is the constructor's.
+  void apply(cv::Mat1d& plane) const;
 
  private:
   cv::Mat1d gain_;  // of each coefficient of the cosine transform

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,7 +17,7 @@ constexpr double kWideSigmaPx = 4.3;
 
 /// Weights from the centre outwards; the mirrored half has the same.
 std::vector<double> half_kernel(double sigma_px) {
-  int radius = static_cast<int>(std::ceil(7 * sigma_px));
+  int radius = static_cast<int>(std::ceil(6 * sigma_px));
   if (sigma_px < kWideSigmaPx) radius = static_cast<int>(std::lround(6 * sigma_px)) / 2;
   std::vector<double> weights;
   for (int k = 0; k <= radius; ++k)
@@ -43,17 +44,16 @@ std::vector<int> continued(int n, int radius, double sigma_px, BlurBorder border
 /// out[i] = sum over k of weight |k| times in[i + k spacing], for 0 <= i < count.
 void correlate(const double* in, int spacing, const std::vector<double>& half, double* out,
                int count) {
-  constexpr int kBlock = 16;  // sums that stay in registers
+  using Block = Eigen::Array<double, 16, 1>;  // sums that stay in registers
   int i = 0;
-  for (; i + kBlock <= count; i += kBlock) {
-    double sum[kBlock];
-    for (int b = 0; b < kBlock; ++b) sum[b] = half[0] * in[i + b];
+  for (; i + Block::SizeAtCompileTime <= count; i += Block::SizeAtCompileTime) {
+    const double* const centre = in + i;
+    Block sum = half[0] * Block::Map(centre);
     for (std::size_t k = 1; k < half.size(); ++k) {
-      const double* before = in + i - static_cast<std::ptrdiff_t>(k) * spacing;
-      const double* after = in + i + static_cast<std::ptrdiff_t>(k) * spacing;
-      for (int b = 0; b < kBlock; ++b) sum[b] += half[k] * (before[b] + after[b]);
+      const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(k) * spacing;
+      sum += half[k] * (Block::Map(centre - offset) + Block::Map(centre + offset));
     }
-    std::copy(sum, sum + kBlock, out + i);
+    Block::Map(out + i) = sum;
   }
   for (; i < count; ++i) {
     out[i] = half[0] * in[i];
@@ -66,17 +66,16 @@ void correlate(const double* in, int spacing, const std::vector<double>& half, d
 
 }  // namespace
 
-cv::Mat1d gaussian_blur(const cv::Mat1d& image, double sigma_px, BlurBorder border) {
+void gaussian_blur(cv::Mat1d& image, double sigma_px, BlurBorder border) {
   WHEATSTONE_CHECK(sigma_px, >, 0);
   const std::vector<double> half = half_kernel(sigma_px);
   const int radius = static_cast<int>(half.size()) - 1;
-  cv::Mat1d out(image.size());
 
   const std::vector<int> columns = continued(image.cols, radius, sigma_px, border);
   tbb::parallel_for(0, image.rows, [&](int r) {
     std::vector<double> line;
     for (const int c : columns) line.push_back(c == kNothing ? 0 : image(r, c));
-    correlate(line.data() + radius, 1, half, out[r], image.cols);
+    correlate(line.data() + radius, 1, half, image[r], image.cols);
   });
 
   // Columns in narrow tiles, whose rows in reach of the kernel stay in the cache.
@@ -86,13 +85,13 @@ cv::Mat1d gaussian_blur(const cv::Mat1d& image, double sigma_px, BlurBorder bord
     const int first = tile * kTileColumns, width = std::min(kTileColumns, image.cols - first);
     std::vector<double> lines(rows.size() * width), blurred(std::size_t(image.rows) * width);
     for (std::size_t i = 0; i < rows.size(); ++i)
-      if (rows[i] != kNothing) std::copy_n(out[rows[i]] + first, width, lines.begin() + i * width);
+      if (rows[i] != kNothing)
+        std::copy_n(image[rows[i]] + first, width, lines.begin() + i * width);
     correlate(lines.data() + std::ptrdiff_t{radius} * width, width, half, blurred.data(),
               image.rows * width);
     for (int r = 0; r < image.rows; ++r)
-      std::copy_n(blurred.begin() + std::size_t(r) * width, width, out[r] + first);
+      std::copy_n(blurred.begin() + std::size_t(r) * width, width, image[r] + first);
   });
-  return out;
 }
 
 }  // namespace wheatstone

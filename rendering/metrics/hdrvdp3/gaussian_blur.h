@@ -10,14 +10,14 @@ enum class BlurBorder {
   kZero        // the image goes on as 0
 };
 
-/// Gaussian of sigma_px > 0 with sum 1.
+/// Replaces the image by its mean under a Gaussian of sigma_px > 0.
 ///
 /// The original filters wide Gaussians (sigma >= 4.3 px) in the Fourier domain, on the image
 /// continued to twice its size to the right and down, so that on the left and at the top the
 /// continuation comes around: with kReplicate a left neighbour is the row's *last* sample. Here the
-/// same numbers come from the sampled Gaussian, cut at 7 sigma (3e-12 of it are lost). Narrow
+/// same numbers come from the sampled Gaussian, cut at 6 sigma (2e-9 of it are lost). Narrow
 /// Gaussians are cut near 3 sigma and continue each edge on its own side.
 /// Same bytes for every number of threads. Source: reference metrics.md, section 4, step 3.
-cv::Mat1d gaussian_blur(const cv::Mat1d&, double sigma_px, BlurBorder);
+void gaussian_blur(cv::Mat1d&, double sigma_px, BlurBorder);
 
 }  // namespace wheatstone

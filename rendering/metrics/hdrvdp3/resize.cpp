@@ -46,7 +46,7 @@ std::vector<std::vector<Tap>> make_taps(int n_in, int n_out) {
 }  // namespace
 
 cv::Mat1d resize_bicubic(const cv::Mat1d& in, cv::Size size) {
-  if (in.size() == size) return in.clone();
+  if (in.size() == size) return in;
   const auto row_taps = make_taps(in.rows, size.height),
              column_taps = make_taps(in.cols, size.width);
   cv::Mat1d out(size);

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "rendering/metrics/hdrvdp3/plane.h"
+
 namespace wheatstone {
 namespace {
 
@@ -81,10 +83,7 @@ cv::Mat1d filter(const cv::Mat1d& in, const QuadrantTaps<N>& taps) {
 
 /// Samples at even positions, zeros between them.
 cv::Mat1d spread(const cv::Mat1d& in, cv::Size size) {
-  cv::Mat1d out = cv::Mat1d::zeros(size);
-  for (int r = 0; r < in.rows; ++r)
-    for (int c = 0; c < in.cols; ++c) out(2 * r, 2 * c) = in(r, c);
-  return out;
+  return make_plane(size, [&](int r, int c) { return (r | c) % 2 == 0 ? in(r / 2, c / 2) : 0.0; });
 }
 
 double band_scale(int band) {

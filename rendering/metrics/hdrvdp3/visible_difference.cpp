@@ -11,6 +11,7 @@
 
 #include "rendering/metrics/hdrvdp3/gaussian_blur.h"
 #include "rendering/metrics/hdrvdp3/neural_csf.h"
+#include "rendering/metrics/hdrvdp3/plane.h"
 #include "rendering/metrics/hdrvdp3/resize.h"
 #include "rendering/metrics/hdrvdp3/steerable_pyramid.h"
 
@@ -27,18 +28,23 @@ constexpr double kPooling = 0.8;
 
 /// What test and reference share in a band, locally.
 cv::Mat1d mutual_activity(const cv::Mat1d& test, const cv::Mat1d& reference) {
-  cv::Mat1d shared = cv::abs(test);
-  cv::min(shared, cv::abs(reference), shared);
+  cv::Mat1d shared = make_plane(test.size(), [&](int r, int c) {
+    return std::min(std::abs(test(r, c)), std::abs(reference(r, c)));
+  });
   cv::boxFilter(shared, shared, -1, {3, 3}, {-1, -1}, true, cv::BORDER_CONSTANT);
   return shared;
 }
 
-/// Activity of the neighbour bands, in the size of band b. The low-pass residual masks no one.
+/// Activity of the neighbour bands, in the size of band b. The low-pass residual masks no other.
 cv::Mat1d neighbour_activity(const std::vector<cv::Mat1d>& activity, int b) {
   const int bands = static_cast<int>(activity.size());
-  cv::Mat1d sum = cv::Mat1d::zeros(activity[b].size());
-  if (b > 0) sum += cv::max(resize_bicubic(activity[b - 1], sum.size()), 0);
-  if (b < bands - 2) sum += cv::max(resize_bicubic(activity[b + 1], sum.size()), 0);
+  const cv::Size size = activity[b].size();
+  cv::Mat1d sum = cv::Mat1d::zeros(size);
+  for (const int neighbour : {b - 1, b + 1}) {
+    if (neighbour < 0 || (neighbour > b && neighbour >= bands - 1)) continue;
+    const cv::Mat1d resized = resize_bicubic(activity[neighbour], size);
+    fill_plane(sum, [&](int r, int c) { return sum(r, c) + std::max(resized(r, c), 0.0); });
+  }
   return sum;
 }
 
@@ -60,23 +66,12 @@ double dominant_frequency_cpd(const cv::Mat1d& difference, double samples_per_de
   return frequency_cpd;
 }
 
-/// Neural sensitivity to band b at every of its pixels.
-cv::Mat1d sensitivity(const cv::Mat1d& difference, const cv::Mat1d& log10_adaptation, int b,
-                      bool is_last, double pixels_per_degree) {
-  const double band_cpd = band_frequency_cpd(b, pixels_per_degree);
-  cv::Mat1d out = resize_bicubic(log10_adaptation, difference.size());
-  if (is_last) {
-    // The residual reaches from the mean to beyond its nominal frequency: one number, for the
-    // frequency that dominates, instead of one per pixel.
-    const double mean = cv::mean(cv::max(cv::min(out, 5), -5))[0];
-    out.setTo(neural_csf(dominant_frequency_cpd(difference, 4 * band_cpd), std::pow(10, mean)));
-    return out;
-  }
-  const LogTable csf = neural_csf_table(band_cpd);
-  tbb::parallel_for(0, out.rows, [&](int r) {
-    for (int c = 0; c < out.cols; ++c) out(r, c) = csf(out(r, c));
-  });
-  return out;
+/// Neural sensitivity to the low-pass residual. It reaches from the mean to beyond its nominal
+/// frequency, so that one number is taken, for the frequency that dominates.
+double residual_sensitivity(const cv::Mat1d& difference, const cv::Mat1d& log10_adaptation,
+                            double band_cpd) {
+  const double frequency_cpd = dominant_frequency_cpd(difference, 4 * band_cpd);
+  return neural_csf(frequency_cpd, std::pow(10, cv::mean(log10_adaptation)[0]));
 }
 
 }  // namespace
@@ -91,26 +86,33 @@ BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
 
   BandDifferences out;
   for (int b = 0; b < bands; ++b) {
-    cv::Mat1d difference = test[b] - reference[b];
-    const cv::Mat1d csf =
-        sensitivity(difference, log10_adaptation, b, b == bands - 1, pixels_per_degree);
+    const double band_cpd = band_frequency_cpd(b, pixels_per_degree);
+    const cv::Size size = test[b].size();
+    const cv::Mat1d adaptation = resize_bicubic(log10_adaptation, size);
+    const cv::Mat1d mask = resize_bicubic(differs, size);
     const cv::Mat1d neighbours = neighbour_activity(activity, b);
-    const cv::Mat1d mask = resize_bicubic(differs, difference.size());
-    std::vector<double> row_sums(difference.rows);
-    tbb::parallel_for(0, difference.rows, [&](int r) {
-      for (int c = 0; c < difference.cols; ++c) {
+    cv::Mat1d difference =
+        make_plane(size, [&](int r, int c) { return test[b](r, c) - reference[b](r, c); });
+    const LogTable csf = b < bands - 1
+                             ? neural_csf_table(band_cpd)
+                             : LogTable(std::vector<double>(
+                                   2, residual_sensitivity(difference, adaptation, band_cpd)));
+
+    std::vector<double> row_sums(size.height);
+    tbb::parallel_for(0, size.height, [&](int r) {
+      for (int c = 0; c < size.width; ++c) {
         double& d = difference(r, c);
         const double masking = kSelfMasking * std::pow(activity[b](r, c), kMasking) +
                                kCrossMasking * std::pow(neighbours(r, c), kMasking);
-        const double noise = std::pow(csf(r, c), -2 * kExcitation) + masking * masking;
+        const double noise = std::pow(csf(adaptation(r, c)), -2 * kExcitation) + masking * masking;
         // D = |d|^p / sqrt(noise), as a logarithm, for the two powers that are taken of it.
         const double log_visible = kExcitation * std::log(std::abs(d)) - 0.5 * std::log(noise);
         row_sums[r] += std::exp(kPooling * (log_visible + std::log(std::abs(mask(r, c)))));
         d = std::copysign(std::exp(kPsychometricSlope * log_visible), d);
       }
     });
-    const double mean = std::accumulate(row_sums.begin(), row_sums.end(), 0.0) /
-                        static_cast<double>(difference.total());
+    const double mean =
+        std::accumulate(row_sums.begin(), row_sums.end(), 0.0) / static_cast<double>(size.area());
     out.q_err += std::pow(mean, 1 / kPooling) / bands;
     out.contrast.push_back(difference);
   }
@@ -118,26 +120,23 @@ BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
 }
 
 Detection detect(const BandDifferences& differences, double pixels_per_degree) {
-  const cv::Mat1d contrast = cv::abs(reconstruct_from_bands(differences.contrast));
+  cv::Mat1d contrast = reconstruct_from_bands(differences.contrast);
   // Probability summation over a neighbourhood: the chances to miss it everywhere multiply.
-  cv::Mat1d probability(contrast.size());
-  tbb::parallel_for(0, contrast.rows, [&](int r) {
-    for (int c = 0; c < contrast.cols; ++c)
-      probability(r, c) = std::log(std::exp(-std::numbers::ln2 * contrast(r, c)) + 1e-4);
+  cv::Mat1d probability = make_plane(contrast.size(), [&](int r, int c) {
+    return std::log(std::exp(-std::numbers::ln2 * std::abs(contrast(r, c))) + 1e-4);
   });
-  probability = gaussian_blur(probability, std::pow(10, -0.502280453708) * pixels_per_degree,
-                              BlurBorder::kZero);
-  tbb::parallel_for(0, contrast.rows, [&](int r) {
-    for (int c = 0; c < contrast.cols; ++c) probability(r, c) = -std::expm1(probability(r, c));
-  });
+  gaussian_blur(probability, std::pow(10, -0.502280453708) * pixels_per_degree, BlurBorder::kZero);
+  fill_plane(probability, [&](int r, int c) { return -std::expm1(probability(r, c)); });
 
-  const auto largest_local_mean = [&](const cv::Mat1d& image) {
+  const auto largest_local_mean = [&](cv::Mat1d image) {
+    gaussian_blur(image, 0.25 * pixels_per_degree, BlurBorder::kZero);
     double largest = 0;
-    cv::minMaxLoc(gaussian_blur(image, 0.25 * pixels_per_degree, BlurBorder::kZero), nullptr,
-                  &largest);
+    cv::minMaxLoc(image, nullptr, &largest);
     return largest;
   };
-  return {probability, largest_local_mean(probability), largest_local_mean(contrast)};
+  const double p_det = largest_local_mean(probability.clone());
+  fill_plane(contrast, [&](int r, int c) { return std::abs(contrast(r, c)); });
+  return {probability, p_det, largest_local_mean(contrast)};
 }
 
 }  // namespace wheatstone

@@ -1,7 +1,5 @@
 #include "rendering/metrics/hdrvdp3/visual_pathway.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 
 #include "rendering/metrics/hdrvdp3.h"
 #include "rendering/metrics/hdrvdp3/gaussian_blur.h"
+#include "rendering/metrics/hdrvdp3/plane.h"
 #include "rendering/metrics/hdrvdp3/receptors.h"
 
 namespace wheatstone {
@@ -20,10 +19,10 @@ using RetinalImage = std::array<cv::Mat1d, 3>;  // R, G, B after glare, cd/m^2
 RetinalImage retinal_image(const RgbImage& image, const EyeGlare& glare) {
   RetinalImage retinal;
   for (int k = 0; k < 3; ++k) {
-    cv::Mat1d plane(image.pixels.size());
-    for (int r = 0; r < plane.rows; ++r)
-      for (int c = 0; c < plane.cols; ++c) plane(r, c) = image.pixels(r, c)[k];
-    retinal[k] = cv::max(cv::min(glare(plane), 1e10), 1e-5);
+    retinal[k] =
+        make_plane(image.pixels.size(), [&](int r, int c) { return image.pixels(r, c)[k]; });
+    glare.apply(retinal[k]);
+    fill_plane(retinal[k], [&](int r, int c) { return std::clamp(retinal[k](r, c), 1e-5, 1e10); });
   }
   return retinal;
 }
@@ -44,15 +43,12 @@ Excitation excite(const RetinalImage& retinal, const cv::Matx<double, 3, 4>& mat
 /// Gaussian mean of log luminance; sigma 0.165 deg.
 cv::Mat1d log_adaptation(const RetinalImage& retinal, const cv::Matx<double, 3, 4>& matrix,
                          double pixels_per_degree) {
-  cv::Mat1d log_luminance(retinal[0].size());
-  tbb::parallel_for(0, log_luminance.rows, [&](int r) {
-    for (int c = 0; c < log_luminance.cols; ++c) {
-      const Excitation e = excite(retinal, matrix, r, c);
-      log_luminance(r, c) = std::log(std::max(e.l + e.m, 1e-6));
-    }
+  cv::Mat1d log_luminance = make_plane(retinal[0].size(), [&](int r, int c) {
+    const Excitation e = excite(retinal, matrix, r, c);
+    return std::log(std::max(e.l + e.m, 1e-6));
   });
-  return gaussian_blur(log_luminance, std::pow(10, -0.781367) * pixels_per_degree,
-                       BlurBorder::kReplicate);
+  gaussian_blur(log_luminance, std::pow(10, -0.781367) * pixels_per_degree, BlurBorder::kReplicate);
+  return log_luminance;
 }
 
 }  // namespace
@@ -63,27 +59,24 @@ VisualPathway::VisualPathway(cv::Size size, double pixels_per_degree, DisplaySpe
 VisualResponse VisualPathway::operator()(const RgbImage& image) const {
   const cv::Matx<double, 3, 4>& matrix = receptor_matrix(spectra_);
   const RetinalImage retinal = retinal_image(image, glare_);
-  const cv::Mat1d log_adapted = log_adaptation(retinal, matrix, pixels_per_degree_);
+  cv::Mat1d adaptation = log_adaptation(retinal, matrix, pixels_per_degree_);
 
   // The cones' and rods' sensitivities were measured by observers of age 28 with their pupils.
   const double area_deg2 =
       image.width() / pixels_per_degree_ * (image.height() / pixels_per_degree_);
-  const double luminance = std::exp(cv::mean(log_adapted)[0]);
+  const double luminance = std::exp(cv::mean(adaptation)[0]);
   const double widening = pupil_diameter_mm(luminance, area_deg2, kHdrVdp3ObserverAgeYears) /
                           pupil_diameter_mm(luminance, area_deg2, 28);
   const double log_gain = 2 * std::log(widening);
 
   const LogTable &cone = cone_jnd(), &rod = rod_jnd();
-  VisualResponse out{cv::Mat1d(retinal[0].size()), cv::Mat1d(retinal[0].size())};
-  tbb::parallel_for(0, image.height(), [&](int r) {
-    const auto log10_of = [&](double v) { return (std::log(v) + log_gain) / std::numbers::ln10; };
-    for (int c = 0; c < image.width(); ++c) {
-      const Excitation e = excite(retinal, matrix, r, c);
-      out.response_jnd(r, c) = cone(log10_of(e.l)) + cone(log10_of(e.m)) + rod(log10_of(e.rod));
-      out.adaptation_cd_m2(r, c) = std::exp(log_adapted(r, c));
-    }
+  const auto log10_of = [&](double v) { return (std::log(v) + log_gain) / std::numbers::ln10; };
+  const cv::Mat1d response = make_plane(retinal[0].size(), [&](int r, int c) {
+    const Excitation e = excite(retinal, matrix, r, c);
+    return cone(log10_of(e.l)) + cone(log10_of(e.m)) + rod(log10_of(e.rod));
   });
-  return out;
+  fill_plane(adaptation, [&](int r, int c) { return std::exp(adaptation(r, c)); });
+  return {response, adaptation};
 }
 
 }  // namespace wheatstone
