@@ -21,7 +21,7 @@ double band_frequency_cpd(int band, double pixels_per_degree);
 /// its mirror image about the edge sample. Pre: both sides >= 13 at every level.
 std::vector<cv::Mat1d> steerable_bands(const cv::Mat1d& image, int levels);
 
-/// The image whose bands these are, up to the imperfection of the filters (below 1 % of a band).
+/// The image whose bands these are, within 5 %: the filters are not perfect.
 cv::Mat1d reconstruct_from_bands(const std::vector<cv::Mat1d>& bands);
 
 }  // namespace wheatstone
