@@ -79,18 +79,21 @@ HdrVdp3Result hdr_vdp3(const RgbImage& test, const RgbImage& reference,
   const cv::Size size = test.pixels.size();
   const int levels = steerable_levels(size, ppd);
 
-  BandDifferences differences;
+  Channels seen_test, seen_reference;
   {
-    const VisualPathway pathway(size, ppd, options.spectra);
-    const Channels seen_test = see(test, pathway, levels),
-                   seen_reference = see(reference, pathway, levels);
-    const cv::Mat1d log10_adaptation = make_plane(size, [&](int r, int c) {
-      return std::log10((seen_test.adaptation_cd_m2(r, c) + seen_reference.adaptation_cd_m2(r, c)) /
-                        2);
-    });
-    differences = visible_difference(seen_test.bands, seen_reference.bands, log10_adaptation,
-                                     difference_mask(test, reference), ppd);
+    const VisualPathway pathway(size, ppd, options.spectra);  // as large as the image
+    seen_test = see(test, pathway, levels);
+    seen_reference = see(reference, pathway, levels);
   }
+  cv::Mat1d& adaptation = seen_test.adaptation_cd_m2;
+  fill_plane(adaptation, [&](int r, int c) {
+    return std::log10((adaptation(r, c) + seen_reference.adaptation_cd_m2(r, c)) / 2);
+  });
+  seen_reference.adaptation_cd_m2.release();
+  const BandDifferences differences =
+      visible_difference(std::move(seen_test.bands), seen_reference.bands, adaptation,
+                         difference_mask(test, reference), ppd);
+  seen_reference.bands.clear();
   const Detection detection = detect(differences, ppd);
 
   HdrVdp3Result out;

@@ -76,7 +76,7 @@ double residual_sensitivity(const cv::Mat1d& difference, const cv::Mat1d& log10_
 
 }  // namespace
 
-BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
+BandDifferences visible_difference(std::vector<cv::Mat1d>&& test,
                                    const std::vector<cv::Mat1d>& reference,
                                    const cv::Mat1d& log10_adaptation, const cv::Mat1d& differs,
                                    double pixels_per_degree) {
@@ -91,8 +91,8 @@ BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
     const cv::Mat1d adaptation = resize_bicubic(log10_adaptation, size);
     const cv::Mat1d mask = resize_bicubic(differs, size);
     const cv::Mat1d neighbours = neighbour_activity(activity, b);
-    cv::Mat1d difference =
-        make_plane(size, [&](int r, int c) { return test[b](r, c) - reference[b](r, c); });
+    cv::Mat1d& difference = test[b];
+    fill_plane(difference, [&](int r, int c) { return difference(r, c) - reference[b](r, c); });
     const LogTable csf = b < bands - 1
                              ? neural_csf_table(band_cpd)
                              : LogTable(std::vector<double>(
@@ -114,8 +114,8 @@ BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
     const double mean =
         std::accumulate(row_sums.begin(), row_sums.end(), 0.0) / static_cast<double>(size.area());
     out.q_err += std::pow(mean, 1 / kPooling) / bands;
-    out.contrast.push_back(difference);
   }
+  out.contrast = std::move(test);
   return out;
 }
 

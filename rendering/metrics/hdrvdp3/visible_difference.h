@@ -14,11 +14,12 @@ struct BandDifferences {
                                     // signed; 1 = seen half the time
 };
 
-/// test, reference  bands as steerable_bands() gives them, mean of the last one removed.
+/// test, reference  bands as steerable_bands() gives them, mean of the last one removed. Those of
+///                  the test are consumed: their memory becomes the result.
 /// log10_adaptation log10 of cd/m^2, in the images' size.
 /// differs          1 where the images differ by more than 0.1 %, 0 elsewhere, images' size.
 /// Same bytes for every number of threads.
-BandDifferences visible_difference(const std::vector<cv::Mat1d>& test,
+BandDifferences visible_difference(std::vector<cv::Mat1d>&& test,
                                    const std::vector<cv::Mat1d>& reference,
                                    const cv::Mat1d& log10_adaptation, const cv::Mat1d& differs,
                                    double pixels_per_degree);
