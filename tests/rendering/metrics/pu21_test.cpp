@@ -3,37 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "vectors.h"
 
 namespace wheatstone {
 namespace {
-
-const std::string kVectors = std::string(WHEATSTONE_SOURCE_DIR) + "/tests/vectors/metrics/";
-
-nlohmann::json read_vectors(const std::string& name) {
-  std::ifstream in(kVectors + name);
-  return nlohmann::json::parse(in);
-}
-
-/// Little-endian colour PFM, bottom row first.
-RgbImage read_pfm(const std::string& name) {
-  std::ifstream in(kVectors + name, std::ios::binary);
-  std::string magic;
-  int width = 0, height = 0;
-  double scale = 0;
-  in >> magic >> width >> height >> scale;
-  in.get();
-  if (magic != "PF" || scale >= 0) throw std::runtime_error("unexpected PFM " + name);
-  RgbImage image(width, height);
-  for (int r = height - 1; r >= 0; --r)
-    in.read(reinterpret_cast<char*>(image.pixels.ptr(r)), width * std::streamsize{12});
-  if (!in) throw std::runtime_error("short PFM " + name);
-  return image;
-}
 
 TEST(Pu21, EncodesAndDecodesLikeTheReference) {
   const auto vectors = read_vectors("pu21_encode.json")["variants"];
