@@ -3,10 +3,9 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 
-#include "core/image.h"
+#include "core/hdr_files.h"
 
 namespace wheatstone {
 
@@ -18,20 +17,8 @@ inline nlohmann::json read_vectors(const std::string& name) {
   return nlohmann::json::parse(in);
 }
 
-/// Little-endian colour PFM, bottom row first.
-inline RgbImage read_pfm(const std::string& name) {
-  std::ifstream in(kMetricVectors + name, std::ios::binary);
-  std::string magic;
-  int width = 0, height = 0;
-  double scale = 0;
-  in >> magic >> width >> height >> scale;
-  in.get();
-  if (magic != "PF" || scale >= 0) throw std::runtime_error("unexpected PFM " + name);
-  RgbImage image(width, height);
-  for (int r = height - 1; r >= 0; --r)
-    in.read(reinterpret_cast<char*>(image.pixels.ptr(r)), width * std::streamsize{12});
-  if (!in) throw std::runtime_error("short PFM " + name);
-  return image;
+inline RgbImage vector_image(const std::string& name) {
+  return read_pfm(kMetricVectors + name);
 }
 
 }  // namespace wheatstone

@@ -50,7 +50,7 @@ TEST(HdrVdp3, ScoresLikeTheReference) {
   int compared = 0;
   const auto file = read_vectors("hdrvdp3_quality.json");
   for (const auto& c : file["cases"]) {
-    const HdrVdp3Result r = hdr_vdp3(read_pfm(c["test"]), read_pfm(c["reference"]), at(c["ppd"]));
+    const HdrVdp3Result r = hdr_vdp3(vector_image(c["test"]), vector_image(c["reference"]), at(c["ppd"]));
     // The vectors have 8 decimals.
     EXPECT_NEAR(r.q, c["Q"].get<double>(), 2e-8) << c;
     EXPECT_NEAR(r.q_jod, c["Q_JOD"].get<double>(), 2e-8) << c;

@@ -90,7 +90,7 @@ TEST(HdrVdp3Stages, ReceptorMatrices) {
 class HdrVdp3Responses : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const RgbImage image = read_pfm("img/a_ref.pfm");
+    const RgbImage image = vector_image("img/a_ref.pfm");
     const VisualPathway pathway(image.pixels.size(), 45, DisplaySpectra::kLedLcdSrgb);
     reference = pathway(image);
     test = pathway(blurred(image));
