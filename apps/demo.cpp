@@ -14,6 +14,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/png.h"
+#include "rendering/metrics/false_colour.h"
 #include "rendering/metrics/pu21.h"
 
 namespace wheatstone::apps {
@@ -109,11 +110,11 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
                  fmt::format("{} / {}", drive.above_peak_px, drive.below_black_px)}});
   for (const EyeCheck* check : {&checks[0], &checks[1]}) {
     const std::string eye = check == &checks[0] ? "Left eye" : "Right eye";
-    report.pictures({{to_srgb8(check->displays, kPictureWhiteCdM2),
-                      eye + ": the driven displays (white = 450 cd/m2)"},
-                     {to_srgb8(check->box, kPictureWhiteCdM2), eye + ": the real box"},
-                     {false_colour(check->difference_pu, 50),
-                      eye + ": difference in PU21 units, blue 0 to red 50"}});
+    report.pictures(
+        {{to_srgb8(check->displays, kPictureWhiteCdM2),
+          eye + ": the driven displays (white = 450 cd/m2)"},
+         {to_srgb8(check->box, kPictureWhiteCdM2), eye + ": the real box"},
+         {false_colour_difference(check->difference_pu, 50, "PU21 units"), eye + ": difference"}});
   }
   std::vector<Eigen::Vector2d> led_residuals;
   for (const auto& view : poses.residuals_px)
@@ -158,8 +159,8 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
     report.pictures({{to_srgb8(seen, 300),
                       fmt::format("{} eye: the driven displays, {:.2f} dB", view.name, psnr)},
                      {to_srgb8(wanted, 300), view.name + " eye: the imported frame"},
-                     {false_colour(pu21_difference(seen, wanted), 50),
-                      view.name + " eye: difference, red = 50 PU21 units"}});
+                     {false_colour_difference(pu21_difference(seen, wanted), 50, "PU21 units"),
+                      view.name + " eye: difference"}});
   }
 }
 
@@ -184,10 +185,11 @@ void demo_left_out(const std::string& name, const std::filesystem::path& input,
                {{"DRLF", fmt::format("{:.2f} dB", r.psnr_drlf_db)},
                 {"nearest view (" + r.nearest + ")", fmt::format("{:.2f} dB", r.psnr_nearest_db)},
                 {"plain average with " + r.second, fmt::format("{:.2f} dB", r.psnr_average_db)}});
-  report.pictures({{to_srgb8(r.rendered, 100), "rendered"},
-                   {to_srgb8(r.reference, 100), "the photograph that was left out"},
-                   {false_colour(pu21_difference(r.rendered, r.reference), 50),
-                    "difference, red = 50 PU21 units"}});
+  report.pictures(
+      {{to_srgb8(r.rendered, 100), "rendered"},
+       {to_srgb8(r.reference, 100), "the photograph that was left out"},
+       {false_colour_difference(pu21_difference(r.rendered, r.reference), 50, "PU21 units"),
+        "difference"}});
 }
 
 }  // namespace

@@ -103,17 +103,4 @@ void Report::write(const std::filesystem::path& path) const {
           body_ + "</body></html>\n");
 }
 
-cv::Mat3b false_colour(const ScalarImage& image, double top) {
-  cv::Mat3b out(image.height(), image.width());
-  for (int r = 0; r < out.rows; ++r)
-    for (int c = 0; c < out.cols; ++c) {
-      const double v = std::clamp(image.pixels(r, c) / top, 0.0, 1.0);
-      const auto level = [](double x) {
-        return static_cast<unsigned char>(255 * std::clamp(x, 0.0, 1.0));
-      };
-      out(r, c) = {level(2 * v), level(v < 0.5 ? 2 * v : 2 - 2 * v), level(1 - 2 * v)};
-    }
-  return out;
-}
-
 }  // namespace wheatstone::apps

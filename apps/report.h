@@ -31,7 +31,4 @@ class Report {
   std::string body_;
 };
 
-/// Blue (0) over white to red (`top`): a difference picture for people.
-cv::Mat3b false_colour(const ScalarImage&, double top);
-
 }  // namespace wheatstone::apps
