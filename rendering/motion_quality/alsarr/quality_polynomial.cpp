@@ -139,4 +139,26 @@ QualityPolynomial fit_quality_polynomial(std::span<const QualitySample> samples)
   return out;
 }
 
+std::array<std::vector<QualitySample>, 2> sample_quality_gains(const Camojab& camojab,
+                                                               double mip_level) {
+  constexpr double kRates[] = {1.0 / 4, 1.0 / 2, 1};
+  std::vector<CamojabConditions> conditions;
+  for (const double f : kFitRefresh_hz)
+    for (const double v : kFitSpeed_deg_per_s)
+      for (const double l : kFitLog10Luminance)
+        for (const double rate : kRates)
+          conditions.push_back({60, f, v, 1, std::pow(10, l), mip_level, rate, rate});
+  const std::vector<CamojabQuality> results = camojab.evaluate(conditions);
+  std::array<std::vector<QualitySample>, 2> out;
+  for (std::size_t i = 0; i < results.size(); i += 3)
+    for (std::size_t rate = 0; rate < 2; ++rate) {
+      const CamojabConditions& c = conditions[i];
+      const double gain = results[i + 1 + rate].quality - results[i].quality;
+      out[rate].push_back({c.refresh_hz, c.speed_deg_per_s,
+                           kFitLog10Luminance[i / 3 % kFitLog10Luminance.size()],
+                           gain < kNoGain ? 0 : gain});
+    }
+  return out;
+}
+
 }  // namespace wheatstone

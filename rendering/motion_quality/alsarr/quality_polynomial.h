@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "rendering/motion_quality/camojab.h"
+
 namespace wheatstone {
 
 /// q(v, f, L) = (W0 + W1 v + W2 f + W3 v^2 + W4 v f + W5 f^2) (W6 l^3 + W7 l^2 + W8 l + W9),
@@ -65,6 +67,10 @@ struct QualitySample {
 /// 0 where that gain is 0.
 /// Errors: ArgumentError unless the samples cover the grid of kFitRefresh_hz and so on, below.
 QualityPolynomial fit_quality_polynomial(std::span<const QualitySample>);
+
+/// The samples of both rates ([AxisRate]) for a texture at one mip level, whole grid: 60 ppd,
+/// persistence 1, the same rate on both axes. Runs in parallel; the same for any number of threads.
+std::array<std::vector<QualitySample>, 2> sample_quality_gains(const Camojab&, double mip_level);
 
 inline constexpr std::array<double, 7> kFitRefresh_hz = {30, 45, 60, 75, 90, 105, 120};
 inline constexpr std::array<double, 6> kFitSpeed_deg_per_s = {0, 10, 20, 30, 40, 50};
