@@ -120,17 +120,16 @@ class CoreSearch {
     for (std::size_t tile = 0; tile < least_loss.size(); ++tile)
       if (least_loss[tile] < result_.loss)
         core.push_back({least_loss[tile], static_cast<std::uint32_t>(tile)});
-    std::sort(core.begin(), core.end(), [](const CoreTile& a, const CoreTile& b) {
-      return a.least_loss != b.least_loss ? a.least_loss < b.least_loss : a.tile < b.tile;
-    });
     for (const CoreTile& c : core) {
-      up_rest_ += *std::max_element(problem_.cost.begin(), problem_.cost.end()) - base_cost(c.tile);
+      up_rest_ += max_cost_ - base_cost(c.tile);
       down_rest_ += base_cost(c.tile);
     }
+    // A heap, because the first few tiles usually prove that no other is needed.
+    std::make_heap(core.begin(), core.end(), later);
     result_.optimal = true;
-    for (const CoreTile& c : core) {
-      if (!(c.least_loss < result_.loss)) break;
-      if (!expand(c.tile, limits)) {
+    for (; !core.empty() && core.front().least_loss < result_.loss; core.pop_back()) {
+      std::pop_heap(core.begin(), core.end(), later);
+      if (!expand(core.back().tile, limits)) {
         result_.optimal = false;
         break;
       }
@@ -140,6 +139,10 @@ class CoreSearch {
   }
 
  private:
+  static bool later(const CoreTile& a, const CoreTile& b) {
+    return a.least_loss != b.least_loss ? a.least_loss > b.least_loss : a.tile > b.tile;
+  }
+
   /// What one layer of the dynamic program chose for its tile, by offset.
   struct Layer {
     std::uint32_t tile;
@@ -193,7 +196,7 @@ class CoreSearch {
   bool expand(std::uint32_t tile, const SearchLimits& limits) {
     const auto loss = losses(tile);
     const int base = relaxed_.selection[tile];
-    up_rest_ -= *std::max_element(problem_.cost.begin(), problem_.cost.end()) - base_cost(tile);
+    up_rest_ -= max_cost_ - base_cost(tile);
     down_rest_ -= base_cost(tile);
 
     std::vector<int> rates;
@@ -268,6 +271,7 @@ class CoreSearch {
 
   const Knapsack& problem_;
   const Relaxation& relaxed_;
+  const int max_cost_ = *std::max_element(problem_.cost.begin(), problem_.cost.end());
   SearchResult result_;
 
   // States: the least loss for each cost offset from the relaxed selection, low_ and up.

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kMaxCost = 1'000'000;
 constexpr std::size_t kExactTableBytes = std::size_t{1} << 30;
-// About a tenth of a millisecond; a full-HD frame needs some thousands.
-constexpr std::int64_t kFastUpdates = 100'000;
+// Less than a millisecond; frames of full HD need some thousands.
+constexpr std::int64_t kFastUpdates = 250'000;
 
 void require_solvable(const AllocationProblem& p) {
   if (p.quality.empty() || p.quality.size() % kShadingRateCount != 0)
