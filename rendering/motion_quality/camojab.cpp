@@ -16,115 +16,111 @@ namespace {
 
 using camojab::kHalf;
 
-// Energies and sensitivities are even in ky, so the evaluation works on folded arrays of 257 rows,
-// |ky| = 0..256, the energies of +ky and -ky added. 512 columns as ever: motion shifts them.
+// Sensitivities are even in ky, so the evaluation works on energies folded to 257 rows |ky| =
+// 0..256, those of +ky and -ky added. 512 columns as ever: motion shifts them.
 constexpr int kFoldedRows = kHalf + 1;
+using Line = Eigen::Array<double, 1, Eigen::Dynamic>;  // a row, kx = -256..255
 
-/// x^beta. Good to a few units in the last place, and vectorised, unlike std::pow. 0 stays 0.
-template <class Derived>
-auto power(const Eigen::ArrayBase<Derived>& x, double beta) {
-  return (beta * x.log()).exp();
-}
-
-/// mean-free sum over +-ky of spectrum^beta for the bins |kx| <= columns, |ky| <= rows.
-CamojabSpectrum folded_energy(const CamojabSpectrum& spectrum, double beta, int columns = kHalf,
-                              int rows = kHalf) {
+/// Folds spectrum^beta; row_at(ky) yields the row ky of the spectrum. Only the bins |kx| <= columns
+/// and |ky| <= rows count.
+template <class RowAt>
+CamojabSpectrum folded_energy(const FixedPower& power, int columns, int rows, RowAt row_at) {
   CamojabSpectrum energy = CamojabSpectrum::Zero(kFoldedRows, kCamojabSize);
   const int first = kHalf - columns, count = std::min(2 * columns + 1, kCamojabSize - first);
   for (int ky = -rows; ky <= std::min(rows, kHalf - 1); ++ky)
     energy.row(std::abs(ky)).segment(first, count) +=
-        power(spectrum.row(ky + kHalf).segment(first, count), beta);
+        row_at(ky).segment(first, count).unaryExpr([&](double x) { return power(x); });
   return energy;
 }
 
-/// out[k] = sum of in[k + offset] along the columns, 0 outside.
-CamojabSpectrum sum_of_replicas_x(const CamojabSpectrum& in, const std::vector<int>& offsets) {
-  CamojabSpectrum out = CamojabSpectrum::Zero(in.rows(), in.cols());
-  for (const int offset : offsets) {
-    const auto overlap = std::max<Eigen::Index>(in.cols() - std::abs(offset), 0);
-    if (offset >= 0)
-      out.leftCols(overlap) += in.rightCols(overlap);
-    else
-      out.rightCols(overlap) += in.leftCols(overlap);
-  }
-  return out;
-}
-CamojabSpectrum sum_of_replicas_y(const CamojabSpectrum& in, const std::vector<int>& offsets) {
-  CamojabSpectrum out = CamojabSpectrum::Zero(in.rows(), in.cols());
-  for (const int offset : offsets) {
-    const auto overlap = std::max<Eigen::Index>(in.rows() - std::abs(offset), 0);
-    if (offset >= 0)
-      out.topRows(overlap) += in.bottomRows(overlap);
-    else
-      out.bottomRows(overlap) += in.topRows(overlap);
-  }
-  return out;
-}
-
-CamojabSpectrum mip_blurred(const CamojabModel& model, const CamojabSpectrum& amplitude,
-                            double mip_level, double rate_x, double rate_y) {
-  const Eigen::ArrayXd gain = camojab::mip_gain(model, mip_level, std::min(rate_x, rate_y));
-  return (amplitude.rowwise() * gain.transpose()).colwise() * gain;
-}
-
-/// S^beta of the folded bins.
-CamojabSpectrum folded_sensitivity(const CamojabModel& model, const CamojabConditions& c,
-                                   double omega_hz) {
-  const auto weight = [&](double radius_bins) {
-    const double rho_cpd = radius_bins * c.ppd / kCamojabSize;
-    return std::pow(camojab::sensitivity(rho_cpd, omega_hz, c.luminance_cd_m2), model.weights.beta);
-  };
-  CamojabSpectrum folded(kFoldedRows, kCamojabSize);
-  if (model.radius == CamojabModel::Radius::kLargerAxis) {
-    Eigen::ArrayXd by_radius(kFoldedRows);
-    for (int r = 0; r <= kHalf; ++r) by_radius[r] = weight(r);
-    for (int ky = 0; ky <= kHalf; ++ky)
-      for (int k = 0; k < kCamojabSize; ++k)
-        folded(ky, k) = by_radius[std::max(std::abs(k - kHalf), ky)];
-    return folded;
-  }
-  for (int ky = 0; ky <= kHalf; ++ky)
-    for (int kx = ky; kx <= kHalf; ++kx) {
-      const double w = weight(camojab::radius_bins(model, kx, ky));
-      for (const auto& [row, column] : {std::pair{ky, kx}, std::pair{kx, ky}}) {
-        folded(row, kHalf - column) = w;
-        if (column < kHalf) folded(row, kHalf + column) = w;
-      }
+/// What mip level and shading rates leave of a texture: blurred, replicated, clipped. The steps
+/// work along x or y alone, so each row is made at once, y first.
+CamojabSpectrum retained_energy(const CamojabModel& model, const FixedPower& power,
+                                const CamojabSpectrum& amplitude, const CamojabConditions& c) {
+  const Line gain =
+      camojab::mip_gain(model, c.mip_level, std::min(c.shading_rate_x, c.shading_rate_y));
+  const std::vector<int> offsets_x = camojab::replica_offsets(model, c.shading_rate_x),
+                         offsets_y = camojab::replica_offsets(model, c.shading_rate_y);
+  Line blurred(kCamojabSize), row(kCamojabSize);
+  const auto row_at = [&](int ky) -> const Line& {
+    blurred.setZero();
+    for (const int offset : offsets_y)
+      if (const int y = ky + kHalf + offset; y >= 0 && y < kCamojabSize)
+        blurred += gain[y] * amplitude.row(y);
+    blurred *= gain;
+    row.setZero();
+    for (const int offset : offsets_x) {
+      const int overlap = std::max(kCamojabSize - std::abs(offset), 0);
+      if (offset >= 0)
+        row.head(overlap) += blurred.tail(overlap);
+      else
+        row.tail(overlap) += blurred.head(overlap);
     }
-  return folded;
+    return row;
+  };
+  return folded_energy(power, camojab::retained_bins(model, c.shading_rate_x),
+                       camojab::retained_bins(model, c.shading_rate_y), row_at);
 }
 
-/// What mip level and shading rates leave of a texture, folded.
-CamojabSpectrum retained_energy(const CamojabModel& model, const CamojabSpectrum& amplitude,
-                                double mip_level, double rate_x, double rate_y) {
-  const CamojabSpectrum blurred = mip_blurred(model, amplitude, mip_level, rate_x, rate_y);
-  const CamojabSpectrum aliased =
-      sum_of_replicas_y(sum_of_replicas_x(blurred, camojab::replica_offsets(model, rate_x)),
-                        camojab::replica_offsets(model, rate_y));
-  return folded_energy(aliased, model.weights.beta, camojab::retained_bins(model, rate_x),
-                       camojab::retained_bins(model, rate_y));
-}
+/// S^beta of the folded bins under some conditions, row by row.
+class FoldedSensitivity {
+ public:
+  FoldedSensitivity(const CamojabModel& model, const CamojabConditions& c, double omega_hz) {
+    const StaticCsf static_csf(c.luminance_cd_m2);
+    const auto weight = [&](int kx, int ky) {
+      const double radius = camojab::radius_bins(model, kx, ky);
+      return std::pow(camojab::sensitivity(radius, omega_hz, c, static_csf), model.weights.beta);
+    };
+    if (model.radius == CamojabModel::Radius::kLargerAxis) {
+      by_column_.resize(1, kFoldedRows);
+      for (int k = 0; k <= kHalf; ++k) by_column_(0, k) = weight(k, 0);
+      return;
+    }
+    by_column_.resize(kFoldedRows, kFoldedRows);
+    for (int ky = 0; ky <= kHalf; ++ky)
+      for (int kx = ky; kx <= kHalf; ++kx) by_column_(ky, kx) = by_column_(kx, ky) = weight(kx, ky);
+  }
+
+  /// Fills `row` for kx = -256..255 at +-ky.
+  void row(int ky, Line& row) const {
+    const bool one_for_all = by_column_.rows() == 1;
+    const auto half = by_column_.row(one_for_all ? 0 : ky);
+    row.head(kFoldedRows) = half.reverse();
+    row.tail(kHalf) = half.head(kHalf);
+    if (one_for_all) {  // the larger axis is y for all |kx| <= ky
+      const int first = kHalf - ky, count = std::min(2 * ky + 1, kCamojabSize - first);
+      row.segment(first, count) = half[ky];
+    }
+  }
+
+ private:
+  CamojabSpectrum by_column_;  // [ky][|kx|], or one row [radius] where the larger axis decides
+};
 
 CamojabQuality quality_of(const CamojabModel& model, const CamojabSpectrum& reference,
                           const CamojabSpectrum& retained, const CamojabConditions& c) {
-  constexpr double kBins = double(kCamojabSize) * kCamojabSize;
-  const CamojabSpectrum static_weight = folded_sensitivity(model, c, 0);
-  const Eigen::ArrayXd by_column = (retained * static_weight).colwise().sum();
-  const double blurred = (by_column * camojab::motion_gain(model, c).pow(model.weights.beta)).sum();
-  const double spatial = ((reference * static_weight).sum() - blurred) / kBins;
+  const FoldedSensitivity still(model, c, 0);
+  Line weight(kCamojabSize), by_column = Line::Zero(kCamojabSize);
+  double undistorted = 0;
+  for (int ky = 0; ky <= kHalf; ++ky) {
+    still.row(ky, weight);
+    undistorted += (reference.row(ky) * weight).sum();
+    by_column += retained.row(ky) * weight;
+  }
+  const Line motion = camojab::motion_gain(model, c).pow(model.weights.beta);
+  const double blurred = (by_column * motion).sum();
 
-  double temporal = 0;
+  double alias = 0;
   const int seen = kCamojabSize - camojab::alias_shift_bins(model, c);  // columns still inside
-  if (model.judder && seen > 0)
-    temporal =
-        (retained.leftCols(seen) * folded_sensitivity(model, c, c.refresh_hz).rightCols(seen))
-            .sum() /
-        kBins;
-  return camojab::quality(model.weights, spatial, temporal);
-}
-
-double energy(const CamojabSpectrum& spectrum, double beta) {
-  return spectrum.pow(beta).mean();
+  if (model.judder && seen > 0) {
+    const FoldedSensitivity moving(model, c, c.refresh_hz);
+    for (int ky = 0; ky <= kHalf; ++ky) {
+      moving.row(ky, weight);
+      alias += (retained.row(ky).head(seen) * weight.tail(seen)).sum();
+    }
+  }
+  constexpr double kBins = double(kCamojabSize) * kCamojabSize;
+  return camojab::quality(model.weights, (undistorted - blurred) / kBins, alias / kBins);
 }
 
 }  // namespace
@@ -164,14 +160,14 @@ CamojabModel CamojabModel::preset(MotionQualityPreset preset) {
 Camojab::Camojab(CamojabTexture texture, CamojabModel model)
     : texture_(std::move(texture)),
       model_(model),
-      reference_energy_(folded_energy(texture_.amplitude(), model.weights.beta)) {}
+      power_(model.weights.beta),
+      reference_energy_(folded_energy(
+          power_, kHalf, kHalf, [this](int ky) { return texture_.amplitude().row(ky + kHalf); })) {}
 
 CamojabQuality Camojab::evaluate(const CamojabConditions& c) const {
   camojab::require_valid(c, "");
   return quality_of(model_, reference_energy_,
-                    retained_energy(model_, texture_.amplitude(), c.mip_level, c.shading_rate_x,
-                                    c.shading_rate_y),
-                    c);
+                    retained_energy(model_, power_, texture_.amplitude(), c), c);
 }
 
 std::vector<CamojabQuality> Camojab::evaluate(std::span<const CamojabConditions> all) const {
@@ -183,64 +179,13 @@ std::vector<CamojabQuality> Camojab::evaluate(std::span<const CamojabConditions>
   const std::vector groups(sharing.begin(), sharing.end());
   std::vector<CamojabQuality> out(all.size());
   tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
-    const auto& [mip_level, rate_x, rate_y] = groups[g].first;
     const std::vector<std::size_t>& members = groups[g].second;
     const CamojabSpectrum retained =
-        retained_energy(model_, texture_.amplitude(), mip_level, rate_x, rate_y);
+        retained_energy(model_, power_, texture_.amplitude(), all[members[0]]);
     tbb::parallel_for(std::size_t{0}, members.size(), [&](std::size_t m) {
       out[members[m]] = quality_of(model_, reference_energy_, retained, all[members[m]]);
     });
   });
-  return out;
-}
-
-CamojabStages Camojab::stages(const CamojabConditions& c) const {
-  camojab::require_valid(c, "");
-  const double beta = model_.weights.beta;
-  const auto sensitivity = [&](double omega_hz) {
-    CamojabSpectrum s(kCamojabSize, kCamojabSize);
-    for (int ky = -kHalf; ky < kHalf; ++ky)
-      for (int kx = -kHalf; kx < kHalf; ++kx)
-        s(ky + kHalf, kx + kHalf) =
-            camojab::sensitivity(camojab::radius_bins(model_, kx, ky) * c.ppd / kCamojabSize,
-                                 omega_hz, c.luminance_cd_m2);
-    return s;
-  };
-  const CamojabSpectrum static_sensitivity = sensitivity(0);
-  const auto weighted_energy = [&](const CamojabSpectrum& x) {
-    return energy(x * static_sensitivity, beta);
-  };
-
-  CamojabStages out;
-  out.reference = energy(texture_.amplitude(), beta);
-  out.reference_weighted = weighted_energy(texture_.amplitude());
-
-  CamojabSpectrum x =
-      mip_blurred(model_, texture_.amplitude(), c.mip_level, c.shading_rate_x, c.shading_rate_y);
-  out.mip_blur = energy(x, beta);
-  out.mip_blur_weighted = weighted_energy(x);
-
-  x = sum_of_replicas_x(x, camojab::replica_offsets(model_, c.shading_rate_x));
-  x = sum_of_replicas_y(x, camojab::replica_offsets(model_, c.shading_rate_y));
-  out.aliasing_weighted = weighted_energy(x);
-
-  const int columns = camojab::retained_bins(model_, c.shading_rate_x),
-            rows = camojab::retained_bins(model_, c.shading_rate_y);
-  for (int ky = -kHalf; ky < kHalf; ++ky)
-    for (int kx = -kHalf; kx < kHalf; ++kx)
-      if (std::abs(kx) > columns || std::abs(ky) > rows) x(ky + kHalf, kx + kHalf) = 0;
-  out.clipping_weighted = weighted_energy(x);
-
-  out.alias_shift_bins = camojab::alias_shift_bins(model_, c);
-  const double temporal =
-      model_.judder
-          ? energy(sum_of_replicas_x(x, {-out.alias_shift_bins}) * sensitivity(c.refresh_hz), beta)
-          : 0;
-
-  x.rowwise() *= camojab::motion_gain(model_, c).transpose();
-  out.motion_blur_weighted = weighted_energy(x);
-  out.result =
-      camojab::quality(model_.weights, out.reference_weighted - out.motion_blur_weighted, temporal);
   return out;
 }
 

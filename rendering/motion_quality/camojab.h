@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "rendering/motion_quality/fixed_power.h"
 #include "rendering/motion_quality/preset.h"
 
 namespace wheatstone {
@@ -83,7 +84,7 @@ struct CamojabStages {
   double reference = 0, reference_weighted = 0;
   double mip_blur = 0, mip_blur_weighted = 0;
   double aliasing_weighted = 0, clipping_weighted = 0, motion_blur_weighted = 0;
-  int alias_shift_bins = 0;  // 512 when the alias lies beyond the spectrum
+  int alias_shift_bins = 0;  // of 512: from there on, the alias lies outside the spectrum
   CamojabQuality result;
 };
 
@@ -106,6 +107,7 @@ class Camojab {
  private:
   CamojabTexture texture_;
   CamojabModel model_;
+  FixedPower power_;
   CamojabSpectrum reference_energy_;  // folded, see camojab.cpp
 };
 

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "rendering/motion_quality/contrast_sensitivity.h"
 
 namespace wheatstone::camojab {
 namespace {
@@ -73,7 +72,7 @@ int retained_bins(const CamojabModel& model, double rate) {
 int alias_shift_bins(const CamojabModel& model, const CamojabConditions& c) {
   const double step_cpd = c.ppd / kCamojabSize;
   const double alias_cpd = model.alias_position * c.refresh_hz / std::max(c.speed_deg_per_s, 0.1);
-  return static_cast<int>(std::min<double>(std::floor(alias_cpd / step_cpd), kCamojabSize));
+  return static_cast<int>(std::min(std::floor(alias_cpd / step_cpd), 1e9));
 }
 
 double radius_bins(const CamojabModel& model, int kx, int ky) {
@@ -81,9 +80,11 @@ double radius_bins(const CamojabModel& model, int kx, int ky) {
                                                           : std::max(std::abs(kx), std::abs(ky));
 }
 
-double sensitivity(double rho_cpd, double omega_hz, double luminance_cd_m2) {
-  const double s = spatiotemporal_csf(rho_cpd, omega_hz, luminance_cd_m2);
-  return std::isnan(s) ? 1 : s;
+double sensitivity(double radius_bins, double omega_hz, const CamojabConditions& c,
+                   const StaticCsf& static_csf) {
+  const double rho_cpd = radius_bins * c.ppd / kCamojabSize;
+  return rho_cpd == 0 && omega_hz > 0 ? 1
+                                      : static_csf(rho_cpd) * velocity_csf_ratio(rho_cpd, omega_hz);
 }
 
 CamojabQuality quality(const CamojabWeights& weights, double spatial_distortion,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rendering/motion_quality/camojab.h"
+#include "rendering/motion_quality/contrast_sensitivity.h"
 
 namespace wheatstone::camojab {
 
@@ -26,14 +27,14 @@ std::vector<int> replica_offsets(const CamojabModel&, double rate);
 /// The largest |k| that `rate` retains (eq. 5.13); decided on integers.
 int retained_bins(const CamojabModel&, double rate);
 
-/// By how many columns motion shifts its first alias (eq. 5.22), at most 512.
+/// By how many columns motion shifts its first alias (eq. 5.22); at most 1e9, far outside.
 int alias_shift_bins(const CamojabModel&, const CamojabConditions&);
 
 /// Radial frequency of bin (kx, ky), in bins.
 double radius_bins(const CamojabModel&, int kx, int ky);
 
-/// S(rho, omega, L), and 1 where that is undefined (0 cpd, above 0 Hz).
-double sensitivity(double rho_cpd, double omega_hz, double luminance_cd_m2);
+/// S(rho, omega, L) of the bin at this radius, and 1 where that is undefined (0 cpd, above 0 Hz).
+double sensitivity(double radius_bins, double omega_hz, const CamojabConditions&, const StaticCsf&);
 
 CamojabQuality quality(const CamojabWeights&, double spatial_distortion,
                        double temporal_distortion);

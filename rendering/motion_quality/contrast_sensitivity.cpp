@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -29,7 +28,8 @@ void require_positive(double value, const char* name, const char* unit) {
 
 /// Velocity-dependent height of Kelly's surface.
 double kelly_peak(double velocity_deg_per_s) {
-  return 6.1 + 7.3 * std::pow(std::abs(std::log10(velocity_deg_per_s / 3)), 3);
+  const double decades = std::abs(std::log10(velocity_deg_per_s / 3));
+  return 6.1 + 7.3 * decades * decades * decades;
 }
 
 /// Growth with luminance y: a (1 + b / y)^-c.
@@ -38,17 +38,17 @@ struct Saturation {
   double operator()(double y) const { return a * std::pow(1 + b / y, -c); }
 };
 
-/// One mechanism of the static sensitivity.
-struct Mechanism {
-  Saturation peak;                // sensitivity at the peak
-  double decline_d, decline_e;    // the peak falls again in bright light; decline_e 0: it does not
-  Saturation peak_frequency_cpd;  // c = 0: constant
+/// One mechanism of the static sensitivity, as fitted.
+struct MechanismFit {
+  Saturation peak;              // sensitivity at the peak
+  double decline_d, decline_e;  // the peak falls again in bright light; decline_e 0: it does not
+  Saturation peak_cpd;          // c = 0: constant
   double bandwidth, gamma, critical_area;
-  bool low_pass;  // no fall below the peak frequency
-  double gain;    // for luminance modulation around D65
+  bool low_pass;
+  double gain;  // for luminance modulation around D65
 };
 
-constexpr std::array<Mechanism, 3> kMechanisms = {{
+constexpr std::array<MechanismFit, 3> kMechanisms = {{
     {{346170, 5.64888, 0.319293},
      1.8663e6,
      7.57549e-5,
@@ -80,18 +80,6 @@ constexpr std::array<Mechanism, 3> kMechanisms = {{
 
 constexpr double kStaticArea_deg2 = pi * 0.2 * 0.2;
 constexpr double kMechanismLuminancePerCdM2 = 1.0510237326125584;  // L + M of D65 at 1 cd/m^2
-
-double sensitivity(const Mechanism& m, double rho_cpd, double y) {
-  double peak = m.peak(y);
-  if (m.decline_e > 0) peak *= 1 - std::pow(1 + m.decline_d / y, -m.decline_e);
-  const double peak_cpd = m.peak_frequency_cpd(y);
-  if (!m.low_pass || rho_cpd >= peak_cpd) {
-    const double octaves = std::log10(rho_cpd) - std::log10(peak_cpd);
-    peak /= std::pow(10, octaves * octaves / (0.5 * std::exp2(m.bandwidth)));
-  }
-  const double cycles = std::pow(kStaticArea_deg2, m.gamma) * rho_cpd * rho_cpd;
-  return peak * std::sqrt(cycles / (m.critical_area + 0.65 * kStaticArea_deg2 + cycles));
-}
 
 }  // namespace
 
@@ -126,13 +114,35 @@ double velocity_csf(double rho_cpd, double velocity_deg_per_s) {
          std::exp(-2 * angular / highest_cpd);
 }
 
-double static_csf(double rho_cpd, double luminance_cd_m2) {
-  require_not_negative(rho_cpd, "a spatial frequency", "cpd");
+StaticCsf::StaticCsf(double luminance_cd_m2) {
   require_positive(luminance_cd_m2, "a luminance", "cd/m^2");
+  const double y = kMechanismLuminancePerCdM2 * luminance_cd_m2;
+  for (std::size_t i = 0; i < mechanisms_.size(); ++i) {
+    const MechanismFit& fit = kMechanisms[i];
+    double peak = fit.peak(y);
+    if (fit.decline_e > 0) peak *= 1 - std::pow(1 + fit.decline_d / y, -fit.decline_e);
+    const double peak_cpd = fit.peak_cpd(y);
+    mechanisms_[i] = {fit.gain * peak,
+                      peak_cpd,
+                      std::log10(peak_cpd),
+                      std::numbers::ln10 / (0.5 * std::exp2(fit.bandwidth)),
+                      std::pow(kStaticArea_deg2, fit.gamma),
+                      fit.critical_area + 0.65 * kStaticArea_deg2,
+                      fit.low_pass};
+  }
+}
+
+double StaticCsf::operator()(double rho_cpd) const {
+  require_not_negative(rho_cpd, "a spatial frequency", "cpd");
+  if (rho_cpd == 0) return 0;
+  const double log_cpd = std::log10(rho_cpd);
   double sum = 0;
-  for (const Mechanism& m : kMechanisms) {
-    const double s = m.gain * sensitivity(m, rho_cpd, kMechanismLuminancePerCdM2 * luminance_cd_m2);
-    sum += s * s;
+  for (const Mechanism& m : mechanisms_) {
+    const double decades = log_cpd - m.log_peak_cpd;
+    const double height =
+        m.low_pass && rho_cpd < m.peak_cpd ? 1 : std::exp(-m.fall * decades * decades);
+    const double cycles = m.area * rho_cpd * rho_cpd;
+    sum += m.gain * m.gain * height * height * cycles / (m.critical_area + cycles);
   }
   return std::sqrt(sum);
 }
@@ -142,10 +152,6 @@ double velocity_csf_ratio(double rho_cpd, double omega_hz) {
   require_not_negative(omega_hz, "a temporal frequency", "Hz");
   if (rho_cpd == 0) return omega_hz == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
   return velocity_csf(rho_cpd, omega_hz / rho_cpd) / (velocity_csf(rho_cpd, 0) + 1e-5);
-}
-
-double spatiotemporal_csf(double rho_cpd, double omega_hz, double luminance_cd_m2) {
-  return static_csf(rho_cpd, luminance_cd_m2) * velocity_csf_ratio(rho_cpd, omega_hz);
 }
 
 }  // namespace wheatstone

@@ -5,6 +5,8 @@
 // Errors, all functions: ArgumentError for a negative or non-finite frequency or velocity, a
 // luminance or field that is not positive.
 
+#include <array>
+
 namespace wheatstone {
 
 /// Spatial sensitivity for a square field of `field_deg` at the given luminance; 0 at 0 cpd.
@@ -25,13 +27,29 @@ double velocity_csf(double rho_cpd, double velocity_deg_per_s);
 /// 0 cpd. Three post-receptoral mechanisms, reduced to one direction of colour. Source: thesis,
 /// section 5.2; R. Mantiuk et al., "Practical color contrast sensitivity functions for luminance
 /// levels up to 10000 cd/m^2", 2020.
-double static_csf(double rho_cpd, double luminance_cd_m2);
+class StaticCsf {
+ public:
+  explicit StaticCsf(double luminance_cd_m2);
+  double operator()(double rho_cpd) const;
+
+ private:
+  struct Mechanism {
+    double gain, peak_cpd, log_peak_cpd, fall, area, critical_area;
+    bool low_pass;  // no fall below the peak
+  };
+  std::array<Mechanism, 3> mechanisms_;
+};
+inline double static_csf(double rho_cpd, double luminance_cd_m2) {
+  return StaticCsf(luminance_cd_m2)(rho_cpd);
+}
 
 /// Temporal part: D(rho, omega / rho) / (D(rho, 0) + 1e-5). 0 at 0 cpd and 0 Hz; at 0 cpd and
 /// omega > 0 the velocity is infinite and the ratio undefined: NaN.
 double velocity_csf_ratio(double rho_cpd, double omega_hz);
 
 /// S = S0 * temporal part, with the temporal part's values at 0 cpd. Source: thesis, eq. 5.4.
-double spatiotemporal_csf(double rho_cpd, double omega_hz, double luminance_cd_m2);
+inline double spatiotemporal_csf(double rho_cpd, double omega_hz, double luminance_cd_m2) {
+  return static_csf(rho_cpd, luminance_cd_m2) * velocity_csf_ratio(rho_cpd, omega_hz);
+}
 
 }  // namespace wheatstone

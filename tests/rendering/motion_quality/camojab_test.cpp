@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "rendering/motion_quality/grey_texture.h"
+#include "tests/capture_import/shared_data.h"
 #include "vectors.h"
 
 namespace wheatstone {
@@ -82,11 +84,16 @@ TEST(Camojab, EdgeRowsFollowTheIntegerRule) {
   }
 }
 
-TEST(Camojab, StagesLikeTheReference) {
+/// Judges every stage of every row whose texture is procedural, or is not.
+int expect_stages(bool of_procedural,
+                  const std::function<CamojabTexture(const std::string&)>& texture) {
   const CsvTable t = read_vectors("camojab_stages.csv");
-  ASSERT_GT(t.rows(), 0u);
+  const std::vector<std::string> names = procedural_texture_names();
+  int judged = 0;
   for (std::size_t i = 0; i < t.rows(); ++i) {
-    const CamojabStages s = Camojab(procedural(t.text(i, "texture"))).stages(conditions_of(t, i));
+    const std::string& name = t.text(i, "texture");
+    if ((std::find(names.begin(), names.end(), name) != names.end()) != of_procedural) continue;
+    const CamojabStages s = Camojab(texture(name)).stages(conditions_of(t, i));
     const std::pair<const char*, double> energies[] = {{"E_ref_nocsf", s.reference},
                                                        {"E_ref_csf", s.reference_weighted},
                                                        {"E_mip_nocsf", s.mip_blur},
@@ -99,6 +106,36 @@ TEST(Camojab, StagesLikeTheReference) {
     EXPECT_EQ(s.alias_shift_bins, t.number(i, "alias_shift_bins")) << t.where(i);
     expect_spatial(s.result.spatial_distortion, t.number(i, "Ds"), t.where(i));
     expect_temporal(s.result.temporal_distortion, t.number(i, "Dt"), t.where(i));
+    ++judged;
+  }
+  return judged;
+}
+
+TEST(Camojab, StagesLikeTheReference) {
+  EXPECT_EQ(expect_stages(true, procedural), 12);
+}
+
+// The textures of the experiments: the reference had them in 64 bits, the files have 32.
+CamojabTexture photographed(const std::string& name) {
+  const auto folder = shared_folder("reference/perception/textures");
+  return CamojabTexture(read_grey_texture(folder / (name + ".exr")));
+}
+
+TEST(Camojab, StagesOfPhotographedTexturesLikeTheReference) {
+  REQUIRE_SHARED(shared_folder("reference/perception/textures"));
+  EXPECT_EQ(expect_stages(false, photographed), 6);
+}
+
+TEST(Camojab, PhotographedTexturesLikeTheReference) {
+  REQUIRE_SHARED(shared_folder("reference/perception/textures"));
+  const CsvTable t = read_vectors("camojab_original_textures.csv");
+  ASSERT_GT(t.rows(), 0u);
+  for (std::size_t i = 0; i < t.rows(); ++i) {
+    const auto q = Camojab(photographed(t.text(i, "texture"))).evaluate(conditions_of(t, i));
+    expect_spatial(q.spatial_distortion, t.number(i, "Ds"), t.where(i));
+    expect_spatial(q.temporal_distortion, t.number(i, "Dt"), t.where(i));
+    EXPECT_NEAR(q.quality, t.number(i, "Q"), 7e-4 + 1e-5 * std::abs(t.number(i, "Q")))
+        << t.where(i);
   }
 }
 
