@@ -25,27 +25,21 @@ std::uint8_t append_hull(const Knapsack& problem, const Rates& by_cost, std::uin
                          std::vector<Step>& steps) {
   const double* quality = problem.quality.data() + std::size_t{tile} * kShadingRateCount;
   const std::size_t first_step = steps.size();
-  std::uint8_t start = by_cost[0], top = start;
+  std::uint8_t start = by_cost[0];
+  const auto top = [&] { return steps.size() > first_step ? steps.back().rate : start; };
   for (int i = 1; i < kShadingRateCount; ++i) {
     const std::uint8_t rate = by_cost[i];
-    if (quality[rate] <= quality[top]) continue;  // costs no less and is no better
-    for (;;) {
-      if (steps.size() == first_step) top = start;
-      const bool has_step = steps.size() > first_step;
-      const int cost = problem.cost[rate] - problem.cost[top];
-      if (cost == 0 && !has_step) {
-        start = top = rate;
-        break;
-      }
-      const double slope = cost > 0 ? (quality[rate] - quality[top]) / cost : kInfinity;
-      if (!has_step || slope < steps.back().slope) {
-        steps.push_back({slope, cost, tile, rate});
-        top = rate;
-        break;
-      }
-      steps.pop_back();  // below the hull
-      if (steps.size() > first_step) top = steps.back().rate;
-    }
+    if (quality[rate] <= quality[top()]) continue;  // costs no less and is no better
+    const auto cost = [&] { return problem.cost[rate] - problem.cost[top()]; };
+    const auto slope = [&] {
+      return cost() > 0 ? (quality[rate] - quality[top()]) / cost() : kInfinity;
+    };
+    while (steps.size() > first_step && slope() >= steps.back().slope)
+      steps.pop_back();  // that rate lies below the hull
+    if (cost() == 0)
+      start = rate;
+    else
+      steps.push_back({slope(), cost(), tile, rate});
   }
   return start;
 }

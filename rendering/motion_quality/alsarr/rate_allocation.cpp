@@ -14,6 +14,7 @@ namespace wheatstone {
 namespace {
 
 constexpr int kMaxCost = 1'000'000;
+constexpr double kMaxQuality = 1e100;  // sums and slopes stay finite
 constexpr std::size_t kExactTableBytes = std::size_t{1} << 30;
 // Less than a millisecond; frames of full HD need some thousands.
 constexpr std::int64_t kFastUpdates = 250'000;
@@ -24,11 +25,11 @@ void require_solvable(const AllocationProblem& p) {
         fmt::format("{} qualities for {} rates per tile", p.quality.size(), kShadingRateCount),
         "give seven qualities for each of one or more tiles");
   for (std::size_t i = 0; i < p.quality.size(); ++i)
-    if (!std::isfinite(p.quality[i]))
+    if (!(std::abs(p.quality[i]) <= kMaxQuality))
       throw ArgumentError(
           fmt::format("the quality of tile {} at rate {} is {}", i / kShadingRateCount,
                       kShadingRates[i % kShadingRateCount].name, p.quality[i]),
-          "give finite qualities");
+          fmt::format("give finite qualities, at most {:g} in size", kMaxQuality));
   for (int k = 0; k < kShadingRateCount; ++k)
     if (p.cost[k] < 1 || p.cost[k] > kMaxCost || p.cost[k] < p.cost[0])
       throw ArgumentError(fmt::format("rate {} costs {}, rate {} costs {}", kShadingRates[0].name,

@@ -46,10 +46,10 @@ enum class AllocationSolver {
 AllocationSolver allocation_solver_from_string(const std::string&);  // "greedy", "exact", "fast"
 
 /// Deterministic, single-threaded.
-/// Errors: ArgumentError for no tiles, a quality that is not finite (tile and rate named), costs
-/// out of 1..1000000 or with rate 1 not the cheapest, a budget below the minimum (which is named);
-/// kExact also when its table would exceed 1 GiB, which cannot happen up to 8,160 tiles with the
-/// default costs.
+/// Errors: ArgumentError for no tiles, a quality that is not finite or beyond 1e100 (tile and rate
+/// named), costs out of 1..1000000 or with rate 1 not the cheapest, a budget below the minimum
+/// (which is named); kExact also when its table would exceed 1 GiB, which cannot happen up to
+/// 8,160 tiles with the default costs.
 Allocation allocate(const AllocationProblem&, AllocationSolver);
 
 /// The budget in shades that is `fraction` of full rate on all tiles, rounded down.
