@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kMargin_px = 24;
 constexpr int kLine_px = 30;
-const cv::Scalar kPaper(250, 250, 248), kInk(40, 40, 44);
+const cv::Vec3b kPaper(250, 250, 248);
+const cv::Scalar kInk(40, 40, 44);
 
 /// Of each rate, R, G, B: lightness follows the cost; where two cost the same, the hue tells wide
 /// (bluish) from high (reddish) blocks.
@@ -34,17 +35,16 @@ int text_width(const std::string& text, double size = 0.6) {
   return cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, size, 1, &baseline).width;
 }
 
-/// A page with a title line and room for `content` and a legend of some lines below it.
+/// A page with a title line, room for `content` and a line for the legend.
 struct Page {
   cv::Mat3b pixels;
   cv::Point content;  // top left
   cv::Point legend;   // first baseline
 
-  Page(const cv::Size& size, int legend_lines, const std::string& title)
+  Page(const cv::Size& size, const std::string& title)
       : content(kMargin_px, 2 * kLine_px), legend(kMargin_px, content.y + size.height + kLine_px) {
     const int width = std::max(size.width, text_width(title, 0.7));
-    pixels = cv::Mat3b(legend.y + legend_lines * kLine_px, width + 2 * kMargin_px,
-                       cv::Vec3b(250, 250, 248));
+    pixels = cv::Mat3b(legend.y + kLine_px, width + 2 * kMargin_px, kPaper);
     write_text(pixels, title, {kMargin_px, kLine_px + 6}, 0.7);
   }
 
@@ -67,31 +67,37 @@ cv::Mat3b viridis(const cv::Mat1b& levels) {
   return rgb;
 }
 
+/// One colour per tile.
+cv::Mat3b rate_colours(const ShadingRateMap& map) {
+  require_valid_rates(map);
+  cv::Mat3b tiles(map.rate_index.size());
+  for (int y = 0; y < tiles.rows; ++y)
+    for (int x = 0; x < tiles.cols; ++x) tiles(y, x) = kRateColours[map.rate_index(y, x) - 1];
+  return tiles;
+}
+
+/// The colours, and the share of tiles that have each.
+void draw_legend(Page& page, const ShadingRateMap& map) {
+  int x = page.legend.x;
+  for (int k = 0; k < kShadingRateCount; ++k) {
+    const int count = cv::countNonZero(map.rate_index == k + 1);
+    cv::rectangle(page.pixels, cv::Rect(x, page.legend.y - 16, 24, 20), kRateColours[k],
+                  cv::FILLED);
+    write_text(page.pixels,
+               fmt::format("{}  {:.1f} %", kShadingRates[k].name,
+                           100.0 * count / static_cast<double>(map.rate_index.total())),
+               {x + 32, page.legend.y});
+    x += 170;
+  }
+}
+
 }  // namespace
 
 cv::Mat3b rate_map_picture(const ShadingRateMap& map, const std::string& title) {
-  require_valid_rates(map);
-  cv::Mat3b tiles(map.rate_index.size());
-  std::array<int, kShadingRateCount> count{};
-  for (int y = 0; y < tiles.rows; ++y)
-    for (int x = 0; x < tiles.cols; ++x) {
-      const int k = map.rate_index(y, x) - 1;
-      tiles(y, x) = kRateColours[k];
-      ++count[k];
-    }
-  const cv::Mat3b picture = enlarge_tiles(tiles);
-  Page page(picture.size(), 2, title);
+  const cv::Mat3b picture = enlarge_tiles(rate_colours(map));
+  Page page(picture.size(), title);
   page.put(picture);
-  int x = page.legend.x;
-  for (int k = 0; k < kShadingRateCount; ++k) {
-    const std::string label =
-        fmt::format("{}  {:.1f} %", kShadingRates[k].name,
-                    100.0 * count[k] / static_cast<double>(map.rate_index.total()));
-    cv::rectangle(page.pixels, cv::Rect(x, page.legend.y - 16, 24, 20), kRateColours[k],
-                  cv::FILLED);
-    write_text(page.pixels, label, {x + 32, page.legend.y});
-    x += 170;
-  }
+  draw_legend(page, map);
   return page.pixels;
 }
 
@@ -114,7 +120,7 @@ cv::Mat3b quality_map_picture(const std::vector<double>& quality, const ShadingR
   gain.convertTo(levels, CV_8U, 255 / scale);
   const cv::Mat3b picture = enlarge_tiles(viridis(levels));
 
-  Page page(picture.size(), 2, title);
+  Page page(picture.size(), title);
   page.put(picture);
   cv::Mat1b ramp(20, 512);
   for (int x = 0; x < ramp.cols; ++x) ramp.col(x) = x / 2;
@@ -126,20 +132,27 @@ cv::Mat3b quality_map_picture(const std::vector<double>& quality, const ShadingR
   return page.pixels;
 }
 
-cv::Mat3b side_by_side(const std::vector<CaptionedPicture>& pictures, int enlargement,
-                       const std::string& title) {
+cv::Mat3b side_by_side(const std::vector<ShadedPicture>& pictures, const std::string& title) {
   WHEATSTONE_CHECK(pictures.empty(), ==, false);
-  const cv::Size size = pictures[0].rgb.size() * enlargement;
-  const int count = static_cast<int>(pictures.size());
-  Page page({count * size.width + (count - 1) * kMargin_px, size.height + kLine_px}, 0, title);
-  for (int i = 0; i < count; ++i) {
-    WHEATSTONE_CHECK(pictures[i].rgb.size() * enlargement, ==, size);
-    const int x = page.content.x + i * (size.width + kMargin_px);
-    write_text(page.pixels, pictures[i].caption, {x, page.content.y + kLine_px - 12});
+  const cv::Size original = pictures[0].rgb.size();
+  const cv::Size size = original * std::max(1, 1024 / original.width);
+  const int panels = static_cast<int>(pictures.size()) + 1;
+  Page page({panels * size.width + (panels - 1) * kMargin_px, size.height + kLine_px}, title);
+  int x = page.content.x;
+  const auto add_panel = [&](const cv::Mat3b& rgb, const std::string& caption) {
+    WHEATSTONE_CHECK(rgb.size(), ==, original);
+    write_text(page.pixels, caption, {x, page.content.y + kLine_px - 12});
     cv::Mat3b enlarged;
-    cv::resize(pictures[i].rgb, enlarged, size, 0, 0, cv::INTER_NEAREST);
+    cv::resize(rgb, enlarged, size, 0, 0, cv::INTER_NEAREST);
     enlarged.copyTo(page.pixels(cv::Rect({x, page.content.y + kLine_px}, size)));
-  }
+    x += size.width + kMargin_px;
+  };
+  for (const ShadedPicture& p : pictures) add_panel(p.rgb, p.caption);
+  cv::Mat3b rates;
+  const ShadingRateMap& map = pictures.back().map;
+  cv::resize(rate_colours(map), rates, {}, kTileSize_px, kTileSize_px, cv::INTER_NEAREST);
+  add_panel(rates(cv::Rect({}, original)), "rate of each tile, as allocated");
+  draw_legend(page, map);
   return page.pixels;
 }
 

@@ -19,13 +19,13 @@ cv::Mat3b rate_map_picture(const ShadingRateMap&, const std::string& title);
 cv::Mat3b quality_map_picture(const std::vector<double>& quality, const ShadingRateMap&,
                               const std::string& title);
 
-/// Pictures of one size beside each other, each below its caption, enlarged so that single pixels
-/// can be seen. sRGB, R, G, B.
-struct CaptionedPicture {
+/// A picture shaded at different rates, each time below its caption, and the last map beside them:
+/// sRGB, R, G, B, all of one size; small ones are enlarged so that single pixels can be seen.
+struct ShadedPicture {
   cv::Mat3b rgb;
+  ShadingRateMap map;
   std::string caption;
 };
-cv::Mat3b side_by_side(const std::vector<CaptionedPicture>&, int enlargement,
-                       const std::string& title);
+cv::Mat3b side_by_side(const std::vector<ShadedPicture>&, const std::string& title);
 
 }  // namespace wheatstone::apps

@@ -54,22 +54,21 @@ cv::Mat3b comparison(const Options& o, const TileBuffers& frame, const RgbImage&
 
   std::optional<OffscreenContext> context;
   if (!o.cpu) context.emplace();
-  const auto shaded = [&](const std::vector<std::uint8_t>& choice) {
+  const auto shaded = [&](const std::vector<std::uint8_t>& choice, const std::string& name,
+                          double quality) {
     const ShadingRateMap map = shading_rate_map(choice, tiles.width, tiles.height);
-    return to_srgb8(context ? ShadingRatePass(*context).shade_picture(picture, map)
-                            : shade_picture_coarsely(picture, map),
-                    o.white_cd_m2);
+    const RgbImage light = context ? ShadingRatePass(*context).shade_picture(picture, map)
+                                   : shade_picture_coarsely(picture, map);
+    return ShadedPicture{
+        to_srgb8(light, o.white_cd_m2), map,
+        fmt::format("{}: quality {:.1f}, {} shades", name, quality, map.cost_px())};
   };
-  const std::vector<std::uint8_t> everywhere(problem.tiles(), uniform);
-  const std::int64_t uniform_cost =
-      problem.cost[uniform - 1] * static_cast<std::int64_t>(problem.tiles());
-  return side_by_side(
-      {{shaded(everywhere),
-        fmt::format("uniform {}: quality {:.1f}, {} shades", kShadingRates[uniform - 1].name,
-                    total_quality(problem, uniform), uniform_cost)},
-       {shaded(allocation.choice), fmt::format("allocated: quality {:.1f}, {} shades",
-                                               allocation.total_quality, allocation.total_cost)}},
-      2, fmt::format("The same budget: {:g} % of full rate", 100 * o.tiles.budget));
+  return side_by_side({shaded(std::vector<std::uint8_t>(problem.tiles(), uniform),
+                              std::string("uniform ") + kShadingRates[uniform - 1].name,
+                              total_quality(problem, uniform)),
+                       shaded(allocation.choice, "allocated", allocation.total_quality)},
+                      fmt::format("The same budget: {:g} % of full rate; quality in model units",
+                                  100 * o.tiles.budget));
 }
 
 void write_maps(const Options& o) {

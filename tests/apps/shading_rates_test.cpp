@@ -7,6 +7,7 @@
 
 #include "apps/allocation_instance.h"
 #include "core/csv.h"
+#include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
 #include "core/png.h"
