@@ -31,19 +31,16 @@ void allocate_instance(const Options& o) {
 void allocate_tiles(const Options& o) {
   if (o.output.empty() && o.map.empty() && o.picture.empty())
     throw ArgumentError("there is nothing to write", "give --output, --map or --picture");
-  const AllocationSolver solver = allocation_solver_from_string(o.tiles.solver);
-  const TileBuffers buffers = o.tiles.read_buffers();
-  const AllocationProblem problem = o.tiles.problem(buffers);
-  const Allocation allocation = allocate(problem, solver);
-  const ShadingRateMap map =
-      shading_rate_map(allocation.choice, buffers.tiles_x(), buffers.tiles_y());
-  if (!o.map.empty()) write_shading_rate_map(o.map, map);
+  const TileAllocation solved = o.tiles.solve(o.tiles.read_buffers());
+  if (!o.map.empty()) write_shading_rate_map(o.map, solved.map);
   if (!o.picture.empty())
-    write_picture_png(o.picture,
-                      rate_map_picture(map, fmt::format("Shading rates at {:g} % of full rate ({})",
-                                                        100 * o.tiles.budget, o.tiles.solver)));
-  if (!o.output.empty()) write_allocation(o.output, o.tiles.solver, problem, allocation);
-  fmt::print("{}\n", describe(problem, allocation));
+    write_picture_png(
+        o.picture,
+        rate_map_picture(solved.map, fmt::format("Shading rates at {:g} % of full rate ({})",
+                                                 100 * o.tiles.budget, o.tiles.solver)));
+  if (!o.output.empty())
+    write_allocation(o.output, o.tiles.solver, solved.problem, solved.allocation);
+  fmt::print("{}\n", describe(solved.problem, solved.allocation));
 }
 
 }  // namespace

@@ -48,36 +48,29 @@ cv::Mat3b comparison(const Options& o, const TileBuffers& frame, const RgbImage&
   const cv::Size tiles = tile_count(picture.width(), picture.height());
   TileBuffers part = frame.part({{o.from_tile[0], o.from_tile[1]}, tiles});
   part.luminance_cd_m2 = tile_luminance_cd_m2(picture);
-  const AllocationProblem problem = o.tiles.problem(part);
-  const Allocation allocation = allocate(problem, allocation_solver_from_string(o.tiles.solver));
+  const auto [problem, allocation, map] = o.tiles.solve(part);
   const std::uint8_t uniform = best_uniform_rate(problem);
 
   std::optional<OffscreenContext> context;
   if (!o.cpu) context.emplace();
-  const auto shaded = [&](const std::vector<std::uint8_t>& choice, const std::string& name,
-                          double quality) {
-    const ShadingRateMap map = shading_rate_map(choice, tiles.width, tiles.height);
-    const RgbImage light = context ? ShadingRatePass(*context).shade_picture(picture, map)
-                                   : shade_picture_coarsely(picture, map);
+  const auto shaded = [&](const ShadingRateMap& rates, const std::string& name, double quality) {
+    const RgbImage light = context ? ShadingRatePass(*context).shade_picture(picture, rates)
+                                   : shade_picture_coarsely(picture, rates);
     return ShadedPicture{
-        to_srgb8(light, o.white_cd_m2), map,
-        fmt::format("{}: quality {:.1f}, {} shades", name, quality, map.cost_px())};
+        to_srgb8(light, o.white_cd_m2), rates,
+        fmt::format("{}: quality {:.1f}, {} shades", name, quality, rates.cost_px())};
   };
-  return side_by_side({shaded(std::vector<std::uint8_t>(problem.tiles(), uniform),
+  return side_by_side({shaded(ShadingRateMap{cv::Mat1b(tiles, uniform)},
                               std::string("uniform ") + kShadingRates[uniform - 1].name,
                               total_quality(problem, uniform)),
-                       shaded(allocation.choice, "allocated", allocation.total_quality)},
+                       shaded(map, "allocated", allocation.total_quality)},
                       fmt::format("The same budget: {:g} % of full rate; quality in model units",
                                   100 * o.tiles.budget));
 }
 
 void write_maps(const Options& o) {
-  const AllocationSolver solver = allocation_solver_from_string(o.tiles.solver);
   const TileBuffers buffers = o.tiles.read_buffers();
-  const AllocationProblem problem = o.tiles.problem(buffers);
-  const Allocation allocation = allocate(problem, solver);
-  const ShadingRateMap map =
-      shading_rate_map(allocation.choice, buffers.tiles_x(), buffers.tiles_y());
+  const auto [problem, allocation, map] = o.tiles.solve(buffers);
   cv::Mat3b compared;
   if (!o.picture.empty())
     compared = comparison(o, buffers, read_srgb_picture(o.picture, o.white_cd_m2));

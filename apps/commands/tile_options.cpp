@@ -35,11 +35,14 @@ TileBuffers TileOptions::read_buffers() const {
   return read_tile_buffers(files, geometry);
 }
 
-AllocationProblem TileOptions::problem(const TileBuffers& buffers) const {
-  AllocationProblem out;
-  out.budget = budget_px(budget, buffers.material.total());
-  out.quality =
+TileAllocation TileOptions::solve(const TileBuffers& buffers) const {
+  const AllocationSolver chosen = allocation_solver_from_string(solver);
+  TileAllocation out;
+  out.problem.budget = budget_px(budget, buffers.material.total());
+  out.problem.quality =
       TileQualityModel(PolynomialTable::read(polynomials), geometry.refresh_hz).evaluate(buffers);
+  out.allocation = allocate(out.problem, chosen);
+  out.map = shading_rate_map(out.allocation.choice, buffers.tiles_x(), buffers.tiles_y());
   return out;
 }
 

@@ -9,6 +9,12 @@
 
 namespace wheatstone::apps {
 
+struct TileAllocation {
+  AllocationProblem problem;
+  Allocation allocation;
+  ShadingRateMap map;
+};
+
 struct TileOptions {
   std::string motion, materials, luminance, polynomials;
   double luminance_cd_m2 = 100;
@@ -21,11 +27,11 @@ struct TileOptions {
 
   /// Errors: ArgumentError for an option that is missing; those of read_tile_buffers().
   TileBuffers read_buffers() const;
-  /// Errors: also those of PolynomialTable::read(), TileQualityModel and budget_px().
-  AllocationProblem problem(const TileBuffers&) const;
+  /// Errors: those of PolynomialTable::read(), TileQualityModel, budget_px() and allocate().
+  TileAllocation solve(const TileBuffers&) const;
 };
 
-/// "4x4 everywhere", ...: quality and cost as one line for people.
+/// Quality, cost and bound as one line for people.
 std::string describe(const AllocationProblem&, const Allocation&);
 
 }  // namespace wheatstone::apps

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "tests/error_text.h"
 #include "tests/rendering/motion_quality/alsarr/allocation_problems.h"
 
 namespace wheatstone::testing {
@@ -167,16 +168,6 @@ TEST(RateAllocation, QualityRisesWithTheBudget) {
     EXPECT_GE(now, before - rounding(p));
     before = now;
   }
-}
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const ArgumentError& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(RateAllocation, ImpossibleProblemsAreRefused) {

@@ -7,6 +7,7 @@
 #include "core/exr.h"
 #include "core/files.h"
 #include "core/random.h"
+#include "tests/error_text.h"
 
 namespace wheatstone {
 namespace {
@@ -15,16 +16,6 @@ using testing::HasSubstr;
 
 std::filesystem::path temporary(const std::string& name) {
   return std::filesystem::path(testing::TempDir()) / name;
-}
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(ShadingRate, CostsAreShadesPerTile) {

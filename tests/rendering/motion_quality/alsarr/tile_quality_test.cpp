@@ -14,6 +14,7 @@
 #include "core/random.h"
 #include "rendering/motion_quality/alsarr/rate_allocation.h"
 #include "tests/capture_import/shared_data.h"
+#include "tests/error_text.h"
 
 namespace wheatstone {
 namespace {
@@ -140,16 +141,6 @@ TEST(TileQuality, IsTheMeanOfBothAxesAsPrinted) {
         EXPECT_NEAR(quality[static_cast<std::size_t>(x * 5 + y) * kShadingRateCount + k], expected,
                     1e-12 * (1 + std::abs(expected)));
       }
-}
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(TileQuality, ImpossibleBuffersAreRefused) {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "rendering/motion_quality/gl/coarse_shading.h"
-#include "tests/rendering/motion_quality/gl/gl_fixture.h"
+#include "tests/rendering/gl_fixture.h"
 #include "tests/rendering/motion_quality/gl/random_maps.h"
 
 namespace wheatstone::testing {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "rendering/motion_quality/gl/tile_reducer.h"
-#include "tests/rendering/motion_quality/gl/gl_fixture.h"
+#include "tests/rendering/gl_fixture.h"
 #include "tests/rendering/motion_quality/gl/random_maps.h"
 
 namespace wheatstone::testing {
