@@ -14,5 +14,6 @@ void add_import(CLI::App&);
 void add_render(CLI::App&);
 void add_present(CLI::App&);
 void add_doctor(CLI::App&);
+void add_quality(CLI::App&);
 
 }  // namespace wheatstone::apps
