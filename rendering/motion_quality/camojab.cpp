@@ -123,7 +123,28 @@ CamojabQuality quality_of(const CamojabModel& model, const CamojabSpectrum& refe
   return camojab::quality(model.weights, (undistorted - blurred) / kBins, alias / kBins);
 }
 
+void require(bool holds, const std::string& where, const char* what, double value,
+             const char* remedy) {
+  if (!holds || !std::isfinite(value))
+    throw ArgumentError(fmt::format("{}{} of {} is impossible", where, what, value), remedy);
+}
+
 }  // namespace
+
+void require_valid(const CamojabConditions& c, const std::string& where) {
+  require(c.ppd > 0, where, "ppd", c.ppd, "give pixels per degree above 0");
+  require(c.refresh_hz > 0, where, "refresh rate (Hz)", c.refresh_hz, "give one above 0");
+  require(c.speed_deg_per_s >= 0, where, "speed (deg/s)", c.speed_deg_per_s,
+          "give the magnitude of the velocity, 0 or above");
+  require(c.persistence > 0 && c.persistence <= 1, where, "persistence", c.persistence,
+          "give the lit part of the frame, above 0 and at most 1");
+  require(c.luminance_cd_m2 > 0, where, "luminance (cd/m^2)", c.luminance_cd_m2,
+          "give one above 0");
+  require(c.mip_level >= 0, where, "mip level", c.mip_level, "give 0 (finest) or above");
+  for (const double rate : {c.shading_rate_x, c.shading_rate_y})
+    require(rate > 0 && rate <= 1, where, "shading rate", rate,
+            "give the part of full resolution, above 0 and at most 1");
+}
 
 CamojabTexture::CamojabTexture(const cv::Mat1d& grey) {
   if (grey.empty()) throw ArgumentError("the texture is empty", "give one of at least one texel");
@@ -165,7 +186,7 @@ Camojab::Camojab(CamojabTexture texture, CamojabModel model)
           power_, kHalf, kHalf, [this](int ky) { return texture_.amplitude().row(ky + kHalf); })) {}
 
 CamojabQuality Camojab::evaluate(const CamojabConditions& c) const {
-  camojab::require_valid(c, "");
+  require_valid(c);
   return quality_of(model_, reference_energy_,
                     retained_energy(model_, power_, texture_.amplitude(), c), c);
 }
@@ -173,7 +194,7 @@ CamojabQuality Camojab::evaluate(const CamojabConditions& c) const {
 std::vector<CamojabQuality> Camojab::evaluate(std::span<const CamojabConditions> all) const {
   std::map<std::tuple<double, double, double>, std::vector<std::size_t>> sharing;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    camojab::require_valid(all[i], fmt::format("conditions {}: ", i));
+    require_valid(all[i], fmt::format("conditions {}: ", i));
     sharing[{all[i].mip_level, all[i].shading_rate_x, all[i].shading_rate_y}].push_back(i);
   }
   const std::vector groups(sharing.begin(), sharing.end());

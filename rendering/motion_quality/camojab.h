@@ -10,6 +10,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "rendering/motion_quality/fixed_power.h"
@@ -45,6 +46,10 @@ struct CamojabConditions {
   double mip_level = 0;                           // >= 0, fractions allowed
   double shading_rate_x = 1, shading_rate_y = 1;  // of full resolution, (0, 1]
 };
+
+/// Errors: ArgumentError naming the value outside its range; `where`, such as a file and line
+/// followed by ": ", begins the message.
+void require_valid(const CamojabConditions&, const std::string& where = "");
 
 /// quality is in model units, 0 at best for Ds, Dt >= 0: JND only after the multiplier of the
 /// experiment one compares with (see fitting.h).

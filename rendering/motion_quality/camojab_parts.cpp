@@ -1,12 +1,8 @@
 #include "rendering/motion_quality/camojab_parts.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "core/error.h"
 
 namespace wheatstone::camojab {
 namespace {
@@ -17,28 +13,7 @@ Eigen::ArrayXd lorentzian(double step_cpd, double width_deg) {
   return 1 / (1 + (4 / std::numbers::pi * width_deg * step_cpd * k).square());
 }
 
-void require(bool holds, const std::string& where, const char* what, double value,
-             const char* remedy) {
-  if (!holds || !std::isfinite(value))
-    throw ArgumentError(fmt::format("{}{} of {} is impossible", where, what, value), remedy);
-}
-
 }  // namespace
-
-void require_valid(const CamojabConditions& c, const std::string& where) {
-  require(c.ppd > 0, where, "ppd", c.ppd, "give pixels per degree above 0");
-  require(c.refresh_hz > 0, where, "refresh rate (Hz)", c.refresh_hz, "give one above 0");
-  require(c.speed_deg_per_s >= 0, where, "speed (deg/s)", c.speed_deg_per_s,
-          "give the magnitude of the velocity, 0 or above");
-  require(c.persistence > 0 && c.persistence <= 1, where, "persistence", c.persistence,
-          "give the lit part of the frame, above 0 and at most 1");
-  require(c.luminance_cd_m2 > 0, where, "luminance (cd/m^2)", c.luminance_cd_m2,
-          "give one above 0");
-  require(c.mip_level >= 0, where, "mip level", c.mip_level, "give 0 (finest) or above");
-  for (const double rate : {c.shading_rate_x, c.shading_rate_y})
-    require(rate > 0 && rate <= 1, where, "shading rate", rate,
-            "give the part of full resolution, above 0 and at most 1");
-}
 
 Eigen::ArrayXd mip_gain(const CamojabModel& model, double mip_level, double smaller_rate) {
   const double width_px = model.mip_blur ? std::exp2(mip_level) / smaller_rate : 0;

@@ -10,9 +10,6 @@ namespace wheatstone::camojab {
 
 inline constexpr int kHalf = kCamojabSize / 2;
 
-/// Errors: ArgumentError; `where` ("" or "conditions 7: ") begins the message.
-void require_valid(const CamojabConditions&, const std::string& where);
-
 /// Gain of every column or row k when a texture is sampled through its mip level at a coarse rate
 /// (thesis, eq. 5.8). It does not depend on ppd: the blur grows as the bins narrow.
 Eigen::ArrayXd mip_gain(const CamojabModel&, double mip_level, double smaller_rate);

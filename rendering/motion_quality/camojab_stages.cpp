@@ -29,7 +29,7 @@ CamojabSpectrum sum_of_replicas(const CamojabSpectrum& in, const std::vector<int
 }  // namespace
 
 CamojabStages Camojab::stages(const CamojabConditions& c) const {
-  camojab::require_valid(c, "");
+  require_valid(c);
   const double beta = model_.weights.beta;
   const StaticCsf static_csf(c.luminance_cd_m2);
   const auto sensitivity = [&](double omega_hz) {
