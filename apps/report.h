@@ -10,6 +10,9 @@
 
 namespace wheatstone::apps {
 
+/// Text as it must stand in HTML and SVG.
+std::string escape_markup(const std::string& text);
+
 class Report {
  public:
   explicit Report(const std::string& title);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
 #include "core/files.h"
+#include "tests/error_text.h"
 
 namespace wheatstone {
 namespace {
@@ -16,16 +16,6 @@ std::filesystem::path file_with(const std::string& name, const std::string& text
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
   write_text_atomically(path, text);
   return path;
-}
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(Csv, NumbersReadBackExactly) {
