@@ -76,7 +76,7 @@ cv::Mat3b with_legend(const cv::Mat3b& picture, const cv::Mat3b& map,
   };
   for (std::size_t i = 0; i < heads.size(); ++i)
     lettering.write(legend, heads[i], gap, baseline(i));
-  int free_from = begin - lettering.px(12);
+  int free_from = begin - gap;
   for (const Tick& tick : ticks) {
     const int at = begin + static_cast<int>(std::lround(tick.fraction * (end - begin - 1)));
     int widest = 0;
