@@ -56,17 +56,18 @@ struct Lettering {
   }
 };
 
-/// The picture with a bar of the map's colours below; `heads` name the lines of labels. Labels that
-/// would run into the one before are left out.
+/// The picture with a bar of the map's colours below; `heads` name the lines of labels, `caption`
+/// is a line of its own. Labels that would run into the one before are left out.
 cv::Mat3b with_legend(const cv::Mat3b& picture, const cv::Mat3b& map,
-                      const std::vector<std::string>& heads, const std::vector<Tick>& ticks) {
+                      const std::vector<std::string>& heads, const std::vector<Tick>& ticks,
+                      const std::string& caption) {
   const Lettering lettering(picture.cols);
   const int line = lettering.px(15), bar = lettering.px(12), gap = lettering.px(5);
   int begin = 0;
   for (const std::string& head : heads) begin = std::max(begin, lettering.width(head));
   begin = std::min(begin + 2 * gap, picture.cols / 2);
   const int end = std::max(begin + 1, picture.cols - lettering.px(20));
-  cv::Mat3b legend(2 * gap + bar + line * static_cast<int>(heads.size()), picture.cols,
+  cv::Mat3b legend(2 * gap + bar + line * static_cast<int>(heads.size() + 1), picture.cols,
                    cv::Vec3b(255, 255, 255));
   for (int c = begin; c < end; ++c)
     legend.col(c).rowRange(gap, gap + bar) = cv::Scalar(map(0, 255 * (c - begin) / (end - begin)));
@@ -75,7 +76,7 @@ cv::Mat3b with_legend(const cv::Mat3b& picture, const cv::Mat3b& map,
   };
   for (std::size_t i = 0; i < heads.size(); ++i)
     lettering.write(legend, heads[i], gap, baseline(i));
-  int free_from = begin - lettering.px(12);
+  int free_from = begin - gap;
   for (const Tick& tick : ticks) {
     const int at = begin + static_cast<int>(std::lround(tick.fraction * (end - begin - 1)));
     int widest = 0;
@@ -87,6 +88,7 @@ cv::Mat3b with_legend(const cv::Mat3b& picture, const cv::Mat3b& map,
       lettering.write(legend, tick.labels[i], at - lettering.width(tick.labels[i]) / 2,
                       baseline(i));
   }
+  lettering.write(legend, caption, gap, baseline(heads.size()));
   cv::Mat3b out;
   cv::vconcat(picture, legend, out);
   return out;
@@ -113,8 +115,10 @@ cv::Mat3b false_colour_luminance(const RgbImage& light_cd_m2, double min_cd_m2, 
   std::vector<Tick> ticks;
   for (int stop = static_cast<int>(std::ceil(low)); stop <= low + range; ++stop)
     ticks.push_back({(stop - low) / range,
-                     {fmt::format("{:.3g}", std::exp2(stop)), fmt::format("{:+d}", stop)}});
-  return with_legend(picture, map, {"cd/m2", "stops"}, ticks);
+                     {stop < 0 ? fmt::format("{:.2g}", std::exp2(stop))
+                               : fmt::format("{:.0f}", std::exp2(stop)),
+                      stop == 0 ? "0" : fmt::format("{:+d}", stop)}});
+  return with_legend(picture, map, {"cd/m2", "stops"}, ticks, "luminance, 0 stops = 1 cd/m2");
 }
 
 cv::Mat3b false_colour_difference(const ScalarImage& difference, double top,
@@ -128,7 +132,7 @@ cv::Mat3b false_colour_difference(const ScalarImage& difference, double top,
                                     [&](int r, int c) { return difference.pixels(r, c) / top; });
   std::vector<Tick> ticks;
   for (int i = 0; i <= 4; ++i) ticks.push_back({i / 4.0, {fmt::format("{:.3g}", i * top / 4)}});
-  return with_legend(picture, map, {quantity}, ticks);
+  return with_legend(picture, map, {""}, ticks, quantity);
 }
 
 }  // namespace wheatstone

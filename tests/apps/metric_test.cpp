@@ -143,7 +143,7 @@ TEST_F(Metric, IntegerPicturesGoThroughTheDisplayModel) {
 TEST_F(Metric, RegionsAndMasks) {
   const auto value = [&](std::vector<std::string> more) {
     more.emplace_back("--absolute");
-    return scored(command(image("a_patch"), image("a_ref"), "pu21-psnr", more))["value"];
+    return scored(command(image("a_noise05"), image("a_ref"), "pu21-psnr", more))["value"];
   };
   cv::Mat1b mask(120, 160, static_cast<unsigned char>(0));
   mask(cv::Rect(20, 30, 50, 40)) = 255;
@@ -181,7 +181,7 @@ TEST_F(Metric, FoldersPairByNameAndGiveMeanAndDeviation) {
   const double a = 39.8847280521, b = 33.9245588066;  // pu21_metrics.json
   EXPECT_NEAR(out["mean"].get<double>(), (a + b) / 2, 1e-4);
   EXPECT_NEAR(out["standard_deviation"].get<double>(), (a - b) / std::sqrt(2), 1e-4);
-  EXPECT_THAT(run_program(arguments).out, HasSubstr("36.9047 dB, standard deviation 4.2145"));
+  EXPECT_THAT(run_program(arguments).out, HasSubstr("36.9046 dB, standard deviation 4.2145"));
 }
 
 std::string all_files(const fs::path& folder) {

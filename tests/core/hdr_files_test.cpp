@@ -10,9 +10,9 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../capture_import/shared_data.h"
 #include "core/error.h"
 #include "core/random.h"
-#include "tests/capture_import/shared_data.h"
 
 namespace wheatstone {
 namespace {

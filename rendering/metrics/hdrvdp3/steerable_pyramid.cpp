@@ -93,7 +93,7 @@ double band_scale(int band) {
 }  // namespace
 
 int steerable_levels(cv::Size size, double pixels_per_degree) {
-  constexpr int kLowPassSide = 13;
+  constexpr int kLowPassSide = 2 * kLowPass.size() - 1;
   int fitting = 0;
   for (int side = std::min(size.width, size.height); side >= kLowPassSide; side /= 2) ++fitting;
   return std::min(static_cast<int>(std::ceil(std::log2(pixels_per_degree))) - 2, fitting);

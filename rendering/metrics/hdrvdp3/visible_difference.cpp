@@ -100,6 +100,7 @@ BandDifferences visible_difference(std::vector<cv::Mat1d>&& test,
 
     std::vector<double> row_sums(size.height);
     tbb::parallel_for(0, size.height, [&](int r) {
+      double sum = 0;
       for (int c = 0; c < size.width; ++c) {
         double& d = difference(r, c);
         const double masking = kSelfMasking * std::pow(activity[b](r, c), kMasking) +
@@ -107,9 +108,10 @@ BandDifferences visible_difference(std::vector<cv::Mat1d>&& test,
         const double noise = std::pow(csf(adaptation(r, c)), -2 * kExcitation) + masking * masking;
         // D = |d|^p / sqrt(noise), as a logarithm, for the two powers that are taken of it.
         const double log_visible = kExcitation * std::log(std::abs(d)) - 0.5 * std::log(noise);
-        row_sums[r] += std::exp(kPooling * (log_visible + std::log(std::abs(mask(r, c)))));
+        sum += std::exp(kPooling * (log_visible + std::log(std::abs(mask(r, c)))));
         d = std::copysign(std::exp(kPsychometricSlope * log_visible), d);
       }
+      row_sums[r] = sum;
     });
     const double mean =
         std::accumulate(row_sums.begin(), row_sums.end(), 0.0) / static_cast<double>(size.area());

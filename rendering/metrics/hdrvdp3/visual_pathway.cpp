@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "rendering/metrics/hdrvdp3.h"
 #include "rendering/metrics/hdrvdp3/gaussian_blur.h"

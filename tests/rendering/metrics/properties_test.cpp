@@ -21,6 +21,10 @@ struct Similarity {
   double best;
 };
 
+void PrintTo(const Similarity& similarity, std::ostream* out) {
+  *out << similarity.name;
+}
+
 class EverySimilarity : public ::testing::TestWithParam<Similarity> {
  protected:
   double score(const RgbImage& test) const { return GetParam().score(test, reference_); }

@@ -8,8 +8,10 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "../../capture_import/shared_data.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "photograph.h"
 #include "rendering/metrics/pu21.h"
 #include "rendering/metrics/row_kernels.h"
 #include "vectors.h"
@@ -79,6 +81,24 @@ TEST(Ssim, LikeTheReferenceVectors) {
     ++compared;
   }
   EXPECT_EQ(compared, 12);
+}
+
+TEST(Ssim, PhotographLikeTheReference) {
+  const auto path = shared_folder("reference/metrics/data/nancy_church.hdr");
+  REQUIRE_SHARED(path);
+  const Photograph photograph = degraded_photograph(path);
+  const auto tests = read_vectors("nancy_church.json")["tests"];
+  const std::pair<const char*, const RgbImage*> images[] = {{"blur", &photograph.blur},
+                                                            {"contrast80", &photograph.contrast80}};
+  for (const auto& [name, image] : images) {
+    const auto& expected = tests[name];
+    const RgbImage& reference = photograph.reference;
+    EXPECT_NEAR(pu21_ssim_luminance(*image, reference), expected["pu_ssim_luminance"].get<double>(),
+                1e-6);
+    EXPECT_NEAR(pu21_psnr_rgb(*image, reference), expected["pu_psnr_rgb_db"].get<double>(), 1e-4);
+    EXPECT_NEAR(pu21_psnr_luminance(*image, reference),
+                expected["pu_psnr_luminance_db"].get<double>(), 1e-4);
+  }
 }
 
 TEST(Ssim, EveryPixelOfTheMapIsTheTextbookFormula) {

@@ -4,10 +4,10 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "../../../capture_import/shared_data.h"
+#include "../photograph.h"
 #include "../vectors.h"
 #include "core/random.h"
 
@@ -50,7 +50,8 @@ TEST(HdrVdp3, ScoresLikeTheReference) {
   int compared = 0;
   const auto file = read_vectors("hdrvdp3_quality.json");
   for (const auto& c : file["cases"]) {
-    const HdrVdp3Result r = hdr_vdp3(vector_image(c["test"]), vector_image(c["reference"]), at(c["ppd"]));
+    const HdrVdp3Result r =
+        hdr_vdp3(vector_image(c["test"]), vector_image(c["reference"]), at(c["ppd"]));
     // The vectors have 8 decimals.
     EXPECT_NEAR(r.q, c["Q"].get<double>(), 2e-8) << c;
     EXPECT_NEAR(r.q_jod, c["Q_JOD"].get<double>(), 2e-8) << c;
@@ -65,39 +66,12 @@ TEST(HdrVdp3, ScoresLikeTheReference) {
 TEST(HdrVdp3, PhotographLikeTheReference) {
   const auto path = shared_folder("reference/metrics/data/nancy_church.hdr");
   REQUIRE_SHARED(path);
-  const cv::Mat3f bgr = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
-  cv::Mat3d rgb;
-  cv::cvtColor(bgr, bgr, cv::COLOR_BGR2RGB);
-  bgr.convertTo(rgb, CV_64F);
-  double brightest = 0;
-  cv::minMaxLoc(rgb.reshape(1), nullptr, &brightest);
-  ASSERT_EQ(brightest, 5344);
-  const auto shown = [](const cv::Mat3d& light) {
-    RgbImage out(light.cols, light.rows);
-    cv::Mat3d(cv::max(cv::min(light.reshape(1), 4000), 0.005))
-        .reshape(3)
-        .convertTo(out.pixels, CV_32F);
-    return out;
-  };
-  rgb *= 4000 / brightest;
-  rgb = cv::Mat(cv::max(cv::min(rgb.reshape(1), 4000), 0.005)).reshape(3);
-
-  cv::Mat3d blur, contrast(rgb.size());
-  cv::GaussianBlur(rgb, blur, {9, 9}, 2, 2, cv::BORDER_REPLICATE);
-  cv::Mat log_light;
-  cv::log(rgb, log_light);
-  const cv::Scalar log_mean = cv::mean(log_light);
-  for (int r = 0; r < rgb.rows; ++r)
-    for (int c = 0; c < rgb.cols; ++c)
-      for (int k = 0; k < 3; ++k) {
-        const double m = std::exp(log_mean[k]);
-        contrast(r, c)[k] = m * std::pow(rgb(r, c)[k] / m, 0.8);
-      }
-
+  const Photograph photograph = degraded_photograph(path);
   const auto tests = read_vectors("nancy_church.json")["tests"];
-  const std::pair<const char*, cv::Mat3d> images[] = {{"blur", blur}, {"contrast80", contrast}};
+  const std::pair<const char*, RgbImage> images[] = {{"blur", photograph.blur},
+                                                     {"contrast80", photograph.contrast80}};
   for (const auto& [name, image] : images) {
-    const HdrVdp3Result r = hdr_vdp3(shown(image), shown(rgb), at(45));
+    const HdrVdp3Result r = hdr_vdp3(image, photograph.reference, at(45));
     const auto& expected = tests[name]["hdrvdp3_quality_45ppd"];
     EXPECT_NEAR(r.q, expected["Q"].get<double>(), 1e-6) << name;
     EXPECT_NEAR(r.q_jod, expected["Q_JOD"].get<double>(), 1e-6) << name;
