@@ -33,7 +33,7 @@ std::string segment(double x1, double y1, double x2, double y2, const std::strin
 class Scale {
  public:
   Scale(const PlotAxis& axis, double low, double high, double from_px, double to_px)
-      : logarithmic_(axis.logarithmic), from_px_(from_px), to_px_(to_px) {
+      : logarithmic_(axis.logarithmic), chosen_(axis.ticks), from_px_(from_px), to_px_(to_px) {
     if (axis.range) {
       low_ = value(axis.range->first);
       high_ = value(axis.range->second);
@@ -56,6 +56,10 @@ class Scale {
       const double slack = 1e-9 * (high_ - low_);
       if (value(v) >= low_ - slack && value(v) <= high_ + slack) out.push_back(v);
     };
+    if (!chosen_.empty()) {
+      for (const double tick : chosen_) add_if_inside(tick);
+      return out;
+    }
     if (logarithmic_) {
       for (int decade = int(std::floor(low_)); decade <= int(std::ceil(high_)); ++decade)
         for (const double step : {1.0, 2.0, 5.0}) add_if_inside(step * std::pow(10, decade));
@@ -77,6 +81,7 @@ class Scale {
   double value(double v) const { return logarithmic_ ? std::log10(v) : v; }
 
   bool logarithmic_;
+  std::vector<double> chosen_;
   double from_px_, to_px_, low_ = 0, high_ = 1;
 };
 
@@ -132,7 +137,11 @@ std::vector<std::string> Plot::names() const {
 }
 
 std::string Plot::svg(double width_px, double height_px) const {
-  const double right = width_px - kRight_px, bottom = height_px - kBottom_px;
+  const std::vector<std::string> all = names();
+  double legend_px = 0;  // by about the width of the longest name
+  for (const std::string& name : all)
+    if (legend_) legend_px = std::max(legend_px, 24 + 6.5 * static_cast<double>(name.size()));
+  const double right = width_px - kRight_px - legend_px, bottom = height_px - kBottom_px;
   std::vector<double> xs, ys;
   for (const Series& s : series_) {
     xs.insert(xs.end(), s.x.begin(), s.x.end());
@@ -162,7 +171,6 @@ std::string Plot::svg(double width_px, double height_px) const {
            fmt::format(" transform=\"translate(14 {:.1f}) rotate(-90)\"", (kTop_px + bottom) / 2));
   out += text((kLeft_px + right) / 2, 20, "middle", title_, " class=\"title\"");
 
-  const std::vector<std::string> all = names();
   const auto colour_of = [&](const std::string& name) {
     const auto at = std::find(all.begin(), all.end(), name) - all.begin();
     return kColours[static_cast<std::size_t>(at) % kColours.size()];
@@ -191,10 +199,10 @@ std::string Plot::svg(double width_px, double height_px) const {
   }
   out += "</svg>\n";
   for (std::size_t i = 0; legend_ && i < all.size(); ++i) {
-    const double at = kTop_px + 16 + 16 * static_cast<double>(i);
+    const double at = kTop_px + 10 + 16 * static_cast<double>(i);
     out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"10\" height=\"10\" fill=\"{}\"/>\n",
-                       kLeft_px + 8, at - 9, colour_of(all[i]));
-    out += text(kLeft_px + 23, at, "start", all[i]);
+                       right + 8, at - 9, colour_of(all[i]));
+    out += text(right + 22, at, "start", all[i]);
   }
   return out;
 }

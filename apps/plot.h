@@ -12,10 +12,12 @@ namespace wheatstone::apps {
 struct PlotAxis {
   std::string label;  // quantity and unit, e.g. "refresh rate (Hz)"
   bool logarithmic = false;
-  std::optional<std::pair<double, double>> range;  // fitted to the data when not given
+  std::optional<std::pair<double, double>> range = {};  // fitted to the data when not given
+  std::vector<double> ticks = {};                       // round numbers when not given
 };
 
-/// One panel. Lines and points of the same name share a colour and one entry of the legend.
+/// One panel, the legend at its right. Lines and points of the same name share a colour and one
+/// entry of the legend.
 class Plot {
  public:
   Plot(std::string title, PlotAxis x, PlotAxis y);

@@ -91,7 +91,7 @@ std::vector<Plot> shading_rate_figure(const QualityExperiments& data, MotionQual
     for (const std::size_t i : data.of(block)) textures[data.measurements[i].texture] = true;
     for (const auto& [texture, present] : textures) {
       Plot plot(fmt::format("{}, {}", kExperimentNames[static_cast<std::size_t>(block)], texture),
-                {"horizontal shading rate (of full resolution)", true, std::pair{0.22, 1.15}},
+                {"horizontal shading rate", true, std::pair{0.22, 1.15}, {0.25, 0.5, 1}},
                 {"quality against full rate (JND)"});
       add_curves(
           plot, data, p.scores,
@@ -113,7 +113,10 @@ std::vector<Plot> refresh_rate_figure(const QualityExperiments& data, MotionQual
     PlotAxis x, y;
     double (*x_of)(const CamojabConditions&);
   };
-  const PlotAxis refresh{"refresh rate (Hz)"}, refresh_log{"refresh rate (Hz)", true};
+  const PlotAxis refresh{"refresh rate (Hz)"};
+  const auto logarithmic = [](const char* label, const std::vector<double>& ticks) {
+    return PlotAxis{label, true, {}, ticks};
+  };
   const std::vector<Panel> all = {
       {Experiment::kRefreshRate,
        "Experiment 1",
@@ -127,13 +130,17 @@ std::vector<Plot> refresh_rate_figure(const QualityExperiments& data, MotionQual
        refresh_of},
       {Experiment::kMackin2016,
        "Mackin et al. 2016",
-       refresh_log,
+       logarithmic("refresh rate (Hz)", {60, 100, 200, 500, 1000, 2000}),
        {"mean opinion score (1 to 5)"},
        refresh_of},
-      {Experiment::kItuFps, "ITU-R, refresh rate", refresh_log, {"score"}, refresh_of},
+      {Experiment::kItuFps,
+       "ITU-R, refresh rate",
+       logarithmic("refresh rate (Hz)", {30, 60, 120, 240}),
+       {"score"},
+       refresh_of},
       {Experiment::kItuPpd,
        "ITU-R, resolution",
-       {"horizontal resolution (of 59 ppd)", true},
+       logarithmic("horizontal resolution (of 59 ppd)", {0.25, 0.5, 1}),
        {"score"},
        rate_of}};
   std::vector<Plot> panels;

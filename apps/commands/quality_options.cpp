@@ -78,8 +78,8 @@ void ExperimentOptions::add_to(CLI::App& command) {
 }
 
 QualityExperiments ExperimentOptions::read() const {
-  return read_quality_experiments(folder_or_shared(data, "--data", "data"),
-                                  folder_or_shared(textures, "--textures", "textures"));
+  const std::string measured = folder_or_shared(data, "--data", "data");
+  return read_quality_experiments(measured, folder_or_shared(textures, "--textures", "textures"));
 }
 
 }  // namespace wheatstone::apps

@@ -23,6 +23,7 @@ int count_of(const std::string& text, const std::string& part) {
 TEST(Plot, PlacesPointsOnItsScale) {
   Plot plot("t", {"x", false, std::pair{0.0, 10.0}}, {"y", false, std::pair{0.0, 1.0}});
   plot.points("p", {0, 10}, {0, 1});
+  plot.hide_legend();
   const std::string svg = plot.svg(300, 200);
   // The frame is 62..284 wide and 30..152 high; y grows upwards.
   EXPECT_THAT(svg, HasSubstr("cx=\"62.00\" cy=\"152.00\""));
@@ -32,8 +33,17 @@ TEST(Plot, PlacesPointsOnItsScale) {
 TEST(Plot, LogarithmicAxisSpacesOctavesEvenly) {
   Plot plot("t", {"x", true, std::pair{1.0, 4.0}}, {"y"});
   plot.points("p", {1, 2, 4}, {0, 0, 0});
+  plot.hide_legend();
   const std::string svg = plot.svg(300, 200);
   EXPECT_THAT(svg, HasSubstr("cx=\"173.00\""));  // midway between 62 and 284
+}
+
+TEST(Plot, MarksTheChosenTicksInsideItsRange) {
+  Plot plot("t", {"x", true, std::pair{0.2, 1.2}, {0.125, 0.25, 0.5, 1}}, {"y"});
+  plot.line("l", {0.25, 1}, {0, 1});
+  const std::string svg = plot.svg(300, 200);
+  EXPECT_THAT(svg, HasSubstr(">0.25</text>"));
+  EXPECT_THAT(svg, Not(HasSubstr(">0.125</text>")));
 }
 
 TEST(Plot, LabelsUnitsTicksAndNames) {

@@ -244,6 +244,18 @@ TEST_F(AllocateTiles, APictureLargerThanTheFrame) {
   EXPECT_FALSE(fs::exists(path("pictures")));
 }
 
+TEST_F(AllocateTiles, FigureOfTheRefreshTable) {
+  expect_refused(run_program({"quality", "plot", "--figure", "6.4", "--output", path("none.svg")}),
+                 {"--texture"});
+  EXPECT_FALSE(fs::exists(path("none.svg")));
+  const Outcome outcome = run_program({"quality", "plot", "--figure", "6.4", "--texture",
+                                       path("picture.png"), "--output", path("refresh.svg")});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string svg = read_text(path("refresh.svg"));
+  for (const char* text : {"Best refresh rate", "speed (deg/s)", "6.25 % of full rate"})
+    EXPECT_THAT(svg, ::testing::HasSubstr(text));
+}
+
 TEST_F(AllocateTiles, RefreshTableOfAPicture) {
   const Outcome outcome =
       run_program({"quality", "refresh", "--texture", path("picture.png"), "--budget", "0.25",

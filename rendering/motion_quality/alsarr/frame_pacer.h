@@ -2,8 +2,6 @@
 // Holds a chosen refresh rate by letting frames wait, for displays whose refresh follows the frames
 // (adaptive synchronisation), and keeps a record of what was achieved.
 
-#include <vector>
-
 #include "core/clock.h"
 
 namespace wheatstone {
@@ -15,10 +13,10 @@ struct PacedFrame {
   bool late = false;           // the work of the frame before took longer than the interval
 };
 
+/// Intervals are of frames 2, 3, ...; 0 before the second.
 struct PacingReport {
   int frames = 0, late = 0;
-  double mean_interval_s = 0, shortest_interval_s = 0,
-         longest_interval_s = 0;  // of frames 2, 3 ...
+  double mean_interval_s = 0, shortest_interval_s = 0, longest_interval_s = 0;
   double achieved_refresh_hz() const { return mean_interval_s > 0 ? 1 / mean_interval_s : 0; }
 };
 
