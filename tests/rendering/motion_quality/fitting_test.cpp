@@ -9,6 +9,7 @@
 
 #include "core/csv.h"
 #include "core/error.h"
+#include "rendering/motion_quality/grey_texture.h"
 #include "tests/capture_import/shared_data.h"
 
 namespace wheatstone {
@@ -99,20 +100,61 @@ TEST(Fitting, RefittingFindsTheReleasedWeights) {
   EXPECT_NEAR(fit.multipliers.judder, multipliers.judder, 1e-3);
 }
 
-TEST(Fitting, RefittingFindsTheReleasedExponent) {
+// The released exponent is the best one: its neighbours fit worse, whatever the weights.
+TEST(Fitting, OtherExponentsFitWorse) {
   REQUIRE_SHARED(kData);
-  CamojabModel start;
-  start.weights.beta = 0.37;
-  const CamojabFit fit = fit_camojab(experiments(), start, true);
+  for (const double factor : {0.97, 1.03}) {
+    CamojabModel other;
+    other.weights.beta *= factor;
+    EXPECT_GT(fit_camojab(experiments(), other, false).predictions.pooled_rmse_jnd, 0.5333);
+  }
+}
+
+/// Experiments on one texture whose outcome the model itself decides.
+QualityExperiments perfect_experiments(const CamojabModel& truth, const CamojabMultipliers& a) {
+  QualityExperiments all;
+  all.textures.emplace("noise128", CamojabTexture(procedural_texture("noise128")));
+  const auto add = [&](Experiment experiment, const CamojabConditions& c, std::size_t baseline) {
+    all.measurements.push_back({experiment, "noise128", c, 0, 0, 0, baseline});
+  };
+  for (const double speed : {2.0, 20.0}) {
+    const std::size_t full = all.measurements.size();
+    for (const double rate : {1.0, 0.5, 0.25})
+      add(Experiment::kVrsPc, {50, 144, speed, 1, 150, 3, rate, 1}, full);
+    const std::size_t slowest = all.measurements.size();
+    for (const double refresh : {50, 90, 165})
+      add(Experiment::kRefreshRate, {50, refresh, speed, 1, 100, 1, 1, 1}, slowest);
+  }
+  const std::size_t fast = all.measurements.size();
+  for (const double refresh : {82.5, 50.0})
+    add(Experiment::kJudder, {50, refresh, 25, 1, 100, 1, 1, 1}, fast);
+  const std::vector<double> scores = camojab_predictions(all, truth, a).scores;
+  for (std::size_t i = 0; i < scores.size(); ++i) all.measurements[i].score = scores[i];
+  return all;
+}
+
+TEST(Fitting, FindsTheWeightsOfAPerfectWorld) {
+  CamojabModel truth;
+  truth.weights = {-2.5, -4.5, 0.42};
+  CamojabMultipliers multipliers;
+  multipliers.refresh_rate = 1.1;
+  multipliers.judder = 0.8;
+  const CamojabFit fit = fit_camojab(perfect_experiments(truth, multipliers), {}, true);
   EXPECT_TRUE(fit.converged) << fit.report;
-  EXPECT_NEAR(fit.weights.beta, CamojabWeights{}.beta, 1e-3);
-  EXPECT_NEAR(fit.predictions.pooled_rmse_jnd, 0.5333, 1e-3);
+  EXPECT_NEAR(fit.weights.beta, 0.42, 1e-5);
+  EXPECT_NEAR(fit.weights.spatial, -2.5, 1e-4);
+  EXPECT_NEAR(fit.weights.temporal, -4.5, 1e-4);
+  EXPECT_NEAR(fit.multipliers.refresh_rate, 1.1, 1e-4);
+  EXPECT_NEAR(fit.multipliers.judder, 0.8, 1e-4);
+  EXPECT_LT(fit.predictions.pooled_rmse_jnd, 1e-5);
 }
 
 /// RMSE of PC, Mobile, VR, experiments 1 and 3 for single changes of the model.
 struct Change {
   std::string name;
   std::vector<double> kept, refitted;
+
+  friend void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
 };
 class SingleChange : public ::testing::TestWithParam<Change> {};
 
