@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kRadius = SsimWindow::kRadius, kTaps = SsimWindow::kTaps;
 // Pictures are read in whole rows, which memory delivers fastest, and windowed in tiles of a block
-// of rows: a block's sums and differences fit the second-level cache (451 kB at 2160 columns), a
+// of rows: a block's sums and differences fit the second-level cache (313 kB at 2160 columns), a
 // tile's the first.
 constexpr int kStripRows = 240, kBlockRows = 8, kRingRows = kBlockRows + 2 * kRadius;
 constexpr int kTileWidth = 256, kTileColumns = kTileWidth - 2 * kRadius;
