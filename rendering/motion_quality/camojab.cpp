@@ -179,11 +179,14 @@ CamojabModel CamojabModel::preset(MotionQualityPreset preset) {
 }
 
 Camojab::Camojab(CamojabTexture texture, CamojabModel model)
-    : texture_(std::move(texture)),
-      model_(model),
-      power_(model.weights.beta),
-      reference_energy_(folded_energy(
-          power_, kHalf, kHalf, [this](int ky) { return texture_.amplitude().row(ky + kHalf); })) {}
+    : texture_(std::move(texture)), model_(model), power_(model.weights.beta) {
+  require(model.weights.beta > 0 && model.weights.beta <= kCamojabMaxBeta, "", "beta",
+          model.weights.beta, "give one above 0 and at most 4");
+  require(model.alias_position > 0, "", "alias position", model.alias_position,
+          "give one above 0, such as 0.5 or 1");
+  reference_energy_ = folded_energy(
+      power_, kHalf, kHalf, [this](int ky) { return texture_.amplitude().row(ky + kHalf); });
+}
 
 CamojabQuality Camojab::evaluate(const CamojabConditions& c) const {
   require_valid(c);

@@ -62,8 +62,9 @@ struct CamojabQuality {
 /// Weights of the two distortions and the exponent of energy (thesis, table 5.2).
 struct CamojabWeights {
   double spatial = -3.698530942720978, temporal = -2.906819337217838;
-  double beta = 0.359663511318103;
+  double beta = 0.359663511318103;  // (0, 4]
 };
+inline constexpr double kCamojabMaxBeta = 4;
 
 /// Everything about the model that has been varied: where thesis and released program differ, and
 /// which stages take part (for ablation, table 5.4).
@@ -96,6 +97,7 @@ struct CamojabStages {
 /// The model for one texture.
 class Camojab {
  public:
+  /// Errors: ArgumentError for beta outside (0, 4] or an alias position that is not positive.
   explicit Camojab(CamojabTexture,
                    CamojabModel = CamojabModel::preset(MotionQualityPreset::kReleased));
   const CamojabModel& model() const { return model_; }

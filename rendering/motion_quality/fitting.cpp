@@ -101,7 +101,8 @@ class CalibrationResiduals : public ceres::CostFunction {
                 double** jacobians) const override {
     const double* p = parameters[0];
     const double beta = parameters[1][0];
-    if (!(beta > 0)) return false;
+    const double step = 1e-4 * beta;
+    if (!(beta > step && beta + step <= kCamojabMaxBeta)) return false;  // refuse the step
     const auto& d = distortions_.at(beta);
     for (std::size_t r = 0; r < members_.size(); ++r)
       residuals[r] = predicted(p, d, members_[r]) - data_.measurements[members_[r]].score;
@@ -109,7 +110,6 @@ class CalibrationResiduals : public ceres::CostFunction {
       for (std::size_t r = 0; r < members_.size(); ++r)
         differentiate(p, d, members_[r], jacobians[0] + 4 * r);
     if (jacobians && jacobians[1]) {
-      const double step = 1e-4 * beta;
       const auto &above = distortions_.at(beta + step), &below = distortions_.at(beta - step);
       for (std::size_t r = 0; r < members_.size(); ++r)
         jacobians[1][r] =
@@ -184,16 +184,18 @@ CamojabFit fit(const QualityExperiments& data, DistortionsByBeta& distortions,
 }  // namespace
 
 std::vector<CamojabQuality> distortions(const QualityExperiments& data, const CamojabModel& model) {
+  std::map<std::string, std::vector<std::size_t>> by_texture;
+  for (std::size_t i = 0; i < data.measurements.size(); ++i)
+    by_texture[data.measurements[i].texture].push_back(i);
   std::vector<CamojabQuality> out(data.measurements.size());
-  for (const auto& [name, texture] : data.textures) {
-    std::vector<std::size_t> members;
+  for (const auto& [name, members] : by_texture) {
+    const auto texture = data.textures.find(name);
+    if (texture == data.textures.end())
+      throw ArgumentError("texture '" + name + "' of the measurements is missing", "add it");
     std::vector<CamojabConditions> conditions;
-    for (std::size_t i = 0; i < data.measurements.size(); ++i)
-      if (data.measurements[i].texture == name) {
-        members.push_back(i);
-        conditions.push_back(data.measurements[i].conditions);
-      }
-    const std::vector<CamojabQuality> results = Camojab(texture, model).evaluate(conditions);
+    for (const std::size_t i : members) conditions.push_back(data.measurements[i].conditions);
+    const std::vector<CamojabQuality> results =
+        Camojab(texture->second, model).evaluate(conditions);
     for (std::size_t k = 0; k < members.size(); ++k) out[members[k]] = results[k];
   }
   return out;

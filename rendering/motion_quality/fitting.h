@@ -22,11 +22,11 @@ struct CamojabMultipliers {
 /// A model's account of each measurement, in the measurement's unit, in the same order.
 struct ExperimentPredictions {
   std::vector<double> scores;
-  std::array<double, kExperiments> rmse{};
-  double pooled_rmse_jnd = 0;  // over all measurements that calibrate
+  std::array<double, kExperiments> rmse{};  // NaN for experiments without measurements
+  double pooled_rmse_jnd = 0;               // over all measurements that calibrate
 };
 
-/// Ds and Dt of every measurement.
+/// Ds and Dt of every measurement. Errors: ArgumentError for a texture that `textures` lacks.
 std::vector<CamojabQuality> distortions(const QualityExperiments&, const CamojabModel&);
 
 /// Differences from the baselines times the multipliers; for the external experiments, whose scales

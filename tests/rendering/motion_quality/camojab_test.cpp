@@ -241,6 +241,17 @@ TEST(Camojab, ImpossibleTexturesAreRefused) {
   }
 }
 
+TEST(Camojab, ImpossibleModelsAreRefused) {
+  for (const double bad : {0.0, -1.0, 4.1, std::numeric_limits<double>::quiet_NaN()}) {
+    CamojabModel model;
+    model.weights.beta = bad;
+    EXPECT_THROW(Camojab(procedural("noise128"), model), ArgumentError) << bad;
+  }
+  CamojabModel model;
+  model.alias_position = 0;
+  EXPECT_THROW(Camojab(procedural("noise128"), model), ArgumentError);
+}
+
 TEST(Camojab, ImpossibleConditionsAreRefused) {
   const Camojab camojab(procedural("noise128"));
   const double nan = std::numeric_limits<double>::quiet_NaN(),
