@@ -93,6 +93,10 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   figures["pixels_below_black"] = figure(drive.below_black_px, "px");
   figures["pu21_psnr_left"] = figure(checks[0].pu21_psnr_db, "dB");
   figures["pu21_psnr_right"] = figure(checks[1].pu21_psnr_db, "dB");
+  figures["pu21_ssim_left"] = figure(checks[0].pu21_ssim, "1");
+  figures["pu21_ssim_right"] = figure(checks[1].pu21_ssim, "1");
+  figures["hdr_vdp3_left"] = figure(checks[0].hdrvdp3_jod, "JOD");
+  figures["hdr_vdp3_right"] = figure(checks[1].hdrvdp3_jod, "JOD");
   figures["duration"] = figure(seconds_since(start), "s");
 
   report.heading("Scene: " + scene);
@@ -100,6 +104,10 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   report.table({"figure", "value"},
                {{"PU21-PSNR at the left / right eye",
                  fmt::format("{:.2f} / {:.2f} dB", checks[0].pu21_psnr_db, checks[1].pu21_psnr_db)},
+                {"PU21-SSIM at the left / right eye",
+                 fmt::format("{:.4f} / {:.4f}", checks[0].pu21_ssim, checks[1].pu21_ssim)},
+                {"HDR-VDP-3 at the left / right eye (10: no difference)",
+                 fmt::format("{:.2f} / {:.2f} JOD", checks[0].hdrvdp3_jod, checks[1].hdrvdp3_jod)},
                 {"marker LED reprojection, RMS", fmt::format("{:.4f} px", poses.rms_px)},
                 {"camera centres against the twin's truth, RMS",
                  fmt::format("{:.4f} mm (predicted {:.4f} mm)", centre_rms_mm, predicted_rms_mm)},

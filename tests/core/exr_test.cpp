@@ -18,25 +18,12 @@
 #include <string>
 
 #include "core/error.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path shared_data() {
-  const char* folder = std::getenv("WHEATSTONE_SHARED");
-  return fs::path(folder != nullptr ? folder : WHEATSTONE_DEFAULT_SHARED) / "data";
-}
-
-/// In CI the shared data must be there; elsewhere tests that need it are skipped.
-#define REQUIRE_SHARED(folder)                                                           \
-  if (!fs::exists(folder)) {                                                             \
-    const char* ci = std::getenv("CI");                                                  \
-    if (ci != nullptr && std::string(ci) == "true") FAIL() << (folder) << " is missing"; \
-    GTEST_SKIP() << (folder) << " is missing; set WHEATSTONE_SHARED";                    \
-  }                                                                                      \
-  static_assert(true)
 
 class ExrTest : public testing::Test {
  protected:
@@ -225,7 +212,7 @@ int probe(const fs::path& path, bool views) {
 }
 
 TEST(DamagedExr, EveryFileIsReadOrRefusedWithinBounds) {
-  const fs::path folder = shared_data() / "damaged_exr";
+  const fs::path folder = shared_folder("data") / "damaged_exr";
   REQUIRE_SHARED(folder);
   int files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -277,7 +264,7 @@ double disparity_error(const ExrView& right, const ExrView& left, const ScalarIm
 }
 
 TEST(ExrViews, SinglePartStereoAgreesWithItsDisparity) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "beachball" / "singlepart.0001.exr");
   ASSERT_EQ(views.size(), 2U);
@@ -289,7 +276,7 @@ TEST(ExrViews, SinglePartStereoAgreesWithItsDisparity) {
 }
 
 TEST(ExrViews, MultiPartViewsComeFromTheParts) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "beachball" / "multipart.0008.exr");
   ASSERT_EQ(views.size(), 2U);
@@ -308,7 +295,7 @@ TEST(ExrViews, MultiPartViewsComeFromTheParts) {
 }
 
 TEST(ExrViews, LuminanceOnlyPairIsReadAndDeepIsRefused) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "multiview" / "Fog.exr");
   ASSERT_EQ(views.size(), 2U);

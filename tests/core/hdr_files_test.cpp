@@ -10,9 +10,10 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "../capture_import/shared_data.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {

@@ -8,12 +8,12 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "../../capture_import/shared_data.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "photograph.h"
 #include "rendering/metrics/pu21.h"
 #include "rendering/metrics/row_kernels.h"
+#include "tests/shared_data.h"
 #include "vectors.h"
 
 namespace wheatstone {

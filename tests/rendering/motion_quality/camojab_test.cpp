@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "rendering/motion_quality/grey_texture.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
 #include "vectors.h"
 
 namespace wheatstone {

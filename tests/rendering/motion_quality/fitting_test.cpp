@@ -10,7 +10,8 @@
 #include "core/csv.h"
 #include "core/error.h"
 #include "rendering/motion_quality/grey_texture.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "../../../capture_import/shared_data.h"
 #include "../photograph.h"
 #include "../vectors.h"
 #include "core/random.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "../../../capture_import/shared_data.h"
 #include "planes.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

@@ -11,6 +11,7 @@
 #include "core/random.h"
 #include "rendering/motion_quality/grey_texture.h"
 #include "tests/rendering/motion_quality/vectors.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {
@@ -88,13 +89,13 @@ PolynomialTable two_materials() {
 }
 
 std::string text_of(const PolynomialTable& table) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "polynomials.csv";
+  const std::filesystem::path path = temporary_file("polynomials.csv");
   table.write(path);
   return read_text(path);
 }
 
 std::string error_of(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "damaged.csv";
+  const std::filesystem::path path = temporary_file("damaged.csv");
   write_text_atomically(path, text);
   try {
     PolynomialTable::read(path);
@@ -107,8 +108,7 @@ std::string error_of(const std::string& text) {
 TEST(PolynomialTable, ReadsBackWhatItWrites) {
   const PolynomialTable table = two_materials();
   text_of(table);
-  const PolynomialTable back =
-      PolynomialTable::read(std::filesystem::path(testing::TempDir()) / "polynomials.csv");
+  const PolynomialTable back = PolynomialTable::read(temporary_file("polynomials.csv"));
   ASSERT_EQ(back.materials(), 2);
   EXPECT_EQ(back.material(0).name, "sky, \"blue\"");
   for (int material = 0; material < 2; ++material)

@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "rendering/motion_quality/grey_texture.h"
-#include "tests/capture_import/shared_data.h"
 #include "tests/rendering/motion_quality/vectors.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

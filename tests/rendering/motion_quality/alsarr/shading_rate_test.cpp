@@ -8,15 +8,12 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "tests/error_text.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {
 
 using testing::HasSubstr;
-
-std::filesystem::path temporary(const std::string& name) {
-  return std::filesystem::path(testing::TempDir()) / name;
-}
 
 TEST(ShadingRate, CostsAreShadesPerTile) {
   EXPECT_EQ(shading_rate_index("4x4"), 1);
@@ -42,8 +39,8 @@ TEST(ShadingRateMap, ReadsBackWhatItWrites) {
   std::vector<std::uint8_t> choice(120 * 68);
   for (auto& c : choice) c = static_cast<std::uint8_t>(1 + random.next() % 7);
   const ShadingRateMap map = shading_rate_map(choice, 120, 68);
-  write_shading_rate_map(temporary("rates.exr"), map);
-  const ShadingRateMap back = read_shading_rate_map(temporary("rates.exr"));
+  write_shading_rate_map(temporary_file("rates.exr"), map);
+  const ShadingRateMap back = read_shading_rate_map(temporary_file("rates.exr"));
   ASSERT_EQ(back.rate_index.size(), map.rate_index.size());
   EXPECT_EQ(cv::norm(back.rate_index, map.rate_index, cv::NORM_INF), 0);
 }
@@ -57,18 +54,18 @@ TEST(ShadingRateMap, OtherContentIsRefused) {
   for (const float bad : {0.0f, 8.0f, 2.5f, std::nanf("")}) {
     ScalarImage image(4, 3, 1);
     image.pixels(2, 1) = bad;
-    write_exr(temporary("bad_rates.exr"), image, "rate");
-    EXPECT_THAT(error_of([] { read_shading_rate_map(temporary("bad_rates.exr")); }),
+    write_exr(temporary_file("bad_rates.exr"), image, "rate");
+    EXPECT_THAT(error_of([] { read_shading_rate_map(temporary_file("bad_rates.exr")); }),
                 testing::AllOf(HasSubstr("bad_rates.exr"), HasSubstr("tile (1, 2)")));
   }
-  write_exr(temporary("no_rates.exr"), ScalarImage(4, 3, 1), "Y");
-  EXPECT_THAT(error_of([] { read_shading_rate_map(temporary("no_rates.exr")); }),
+  write_exr(temporary_file("no_rates.exr"), ScalarImage(4, 3, 1), "Y");
+  EXPECT_THAT(error_of([] { read_shading_rate_map(temporary_file("no_rates.exr")); }),
               HasSubstr("no channel 'rate'"));
 }
 
 TEST(ShadingRateMap, DamagedFilesAreErrors) {
-  write_shading_rate_map(temporary("good.exr"), shading_rate_map({1, 2, 3, 4, 5, 6}, 3, 2));
-  const std::vector<std::byte> good = read_bytes(temporary("good.exr"));
+  write_shading_rate_map(temporary_file("good.exr"), shading_rate_map({1, 2, 3, 4, 5, 6}, 3, 2));
+  const std::vector<std::byte> good = read_bytes(temporary_file("good.exr"));
   int errors = 0;
   for (std::uint64_t i = 0; i < 150; ++i) {
     RandomStream random(7, i);
@@ -76,9 +73,9 @@ TEST(ShadingRateMap, DamagedFilesAreErrors) {
     for (std::uint64_t k = 0; k < 1 + random.next() % 4; ++k)
       bytes[random.next() % bytes.size()] ^= std::byte(1u << random.next() % 8);
     if (random.next() % 4 == 0) bytes.resize(random.next() % bytes.size());
-    write_bytes_atomically(temporary("fuzz.exr"), bytes);
+    write_bytes_atomically(temporary_file("fuzz.exr"), bytes);
     try {
-      const ShadingRateMap map = read_shading_rate_map(temporary("fuzz.exr"));
+      const ShadingRateMap map = read_shading_rate_map(temporary_file("fuzz.exr"));
       EXPECT_GE(map.cost_px(), 16);
     } catch (const Error&) {
       ++errors;

@@ -13,8 +13,9 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "rendering/motion_quality/alsarr/rate_allocation.h"
-#include "tests/capture_import/shared_data.h"
 #include "tests/error_text.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {
