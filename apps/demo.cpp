@@ -9,6 +9,7 @@
 #include "apps/check.h"
 #include "apps/import.h"
 #include "apps/report.h"
+#include "capture/alignment.h"
 #include "capture/session.h"
 #include "core/exr.h"
 #include "core/files.h"
@@ -54,9 +55,9 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   make_folder(dataset.root());
   SimulatedRig twin({scene, options.scale, options.seed});
   const Rig rig = twin.rig();
-  capture_light_field(rig, dataset, {},
-                      [&](int done, int total) { progress(scene + ": capture", done, total); });
-  dataset.write_manifest({"capture", scene, options.seed, options.scale, "simulated rig", 0, 1});
+  capture_light_field(
+      rig, dataset, {"capture", scene, options.seed, options.scale, "simulated rig", 0, 1}, {},
+      {{}, [&](int done, int total) { progress(scene + ": capture", done, total); }, {}});
   const auto step = [&](const std::string& what, int done, int total) {
     progress(scene + ": " + what, done, total);
   };

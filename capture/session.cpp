@@ -1,112 +1,311 @@
 #include "capture/session.h"
 
-#include <cmath>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "calib/markers.h"
+#include "capture/safe_state.h"
+#include "capture/session_record.h"
+#include "core/digest.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/json.h"
 #include "core/png.h"
 
 namespace wheatstone {
 
+namespace fs = std::filesystem;
+using detail::SessionRecord;
+using detail::TakenFrame;
+using nlohmann::json;
+
 namespace {
 
-constexpr Duration kMoveLimit = Duration::of(60), kExposeLimit = Duration::of(60);
+constexpr Duration kMoveLimit = Duration::of(60);
+constexpr double kPositionToleranceMm = 0.5;  // reached against commanded
+constexpr double kSamePlaceMm = 0.02;         // frames of one view: a tenth of a pixel
+constexpr double kExposureTolerance = 0.12;   // nominal times are rounded by up to a sixth stop
+constexpr double kReadoutS = 2;               // after which a closed shutter is surely closed
 
-class LightsOffAtExit {
- public:
-  explicit LightsOffAtExit(const Rig& rig) : rig_(rig) {}
-  ~LightsOffAtExit() {
-    try {
-      all(rig_, false);
-      rig_.leds.set_all(0);
-    } catch (...) {  // a dead light is dark enough; the first error is the one to report
-    }
+json setup_of(const Rig& rig, const DatasetManifest& manifest, const CapturePlan& plan) {
+  const Intrinsics& k = rig.camera_profile.intrinsics;
+  return {{"plan", to_json(plan)},
+          {"camera",
+           {{"serial", rig.camera_profile.serial},
+            {"width_px", k.width_px},
+            {"height_px", k.height_px}}},
+          {"travel_mm", rig.stage.travel().value()},
+          {"scene", manifest.scene},
+          {"seed", manifest.seed},
+          {"scale", manifest.scale},
+          {"source", manifest.source}};
+}
+
+/// Where the camera stood at the second marker frame of the first position, relative to the first.
+json return_check(const Rig& rig, const Dataset& dataset, const Shot& first, const Shot& last,
+                  double encoder_mm) {
+  const auto centres = [&](const Shot& shot) {
+    const fs::path file = dataset.file(shot.file);
+    return order_markers(
+        find_markers(read_mosaic_png(file, rig.camera_profile.pattern), rig.camera_profile),
+        file.string());
+  };
+  json check = {{"file", last.file}, {"encoder_mm", encoder_mm}};
+  try {
+    const auto before = centres(first), after = centres(last);
+    // The camera looks along the box's axis: a move to the right shifts all markers to the left.
+    const double px_per_mm =
+        (before[1] - before[0]).norm() /
+        (rig.marker_positions_rsb_mm[1] - rig.marker_positions_rsb_mm[0]).norm();
+    double shift_px = 0;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      shift_px += (after[i].x() - before[i].x()) / static_cast<double>(before.size());
+    check["seen_mm"] = -shift_px / px_per_mm;
+  } catch (const ArgumentError& e) {
+    check["problem"] = e.what();  // the frames stay: the operator decides
   }
-  LightsOffAtExit(const LightsOffAtExit&) = delete;
-  LightsOffAtExit& operator=(const LightsOffAtExit&) = delete;
-  static void all(const Rig& rig, bool on) {
-    for (int i = 0; i < rig.markers.count(); ++i) rig.markers.set(i, on);
+  return check;
+}
+
+class Session {
+ public:
+  Session(const Rig& rig, const Dataset& dataset, const DatasetManifest& manifest,
+          const CapturePlan& plan, const CaptureListener& listener)
+      : rig_(rig),
+        dataset_(dataset),
+        manifest_(manifest),
+        plan_(plan),
+        listener_(listener),
+        shots_(shots_of(plan, rig.stage.travel())),
+        record_(dataset, setup_of(rig, manifest, plan), listener.on_record) {}
+  void run() try {
+    record_.verify();
+    if (!record_.complete(shots_)) {
+      fs::remove(dataset_.file("dataset.json"));  // not a finished capture any more
+      require_space();
+      prepare();
+      for (std::size_t i = 0; i < shots_.size();) i = take_view(i);
+    }
+    finish();
+  } catch (const Error& e) {
+    try {
+      record_.add("stopped", {{"why", e.what()}});
+    } catch (const Error&) {  // the disk may be the reason
+    }
+    throw;
   }
 
  private:
+  void stop_if_asked() const {
+    if (listener_.stop_requested && listener_.stop_requested()) throw Cancelled("capture stopped");
+  }
+
+  void require_space() const {
+    std::vector<Shot> missing;
+    for (const Shot& s : shots_)
+      if (!record_.taken(s)) missing.push_back(s);
+    const std::uintmax_t needed = forecast(missing, plan_, rig_).bytes,
+                         free = fs::space(dataset_.root()).available;
+    if (needed > free)
+      throw FileError(
+          dataset_.root(),
+          fmt::format("the frames need up to {:.1f} MB, the disk has {:.1f} MB left",
+                      static_cast<double>(needed) / 1e6, static_cast<double>(free) / 1e6),
+          "free space on this disk, then run the command again");
+  }
+
+  void prepare() {
+    make_folder(dataset_.file("raw"));
+    dataset_.write_camera(rig_.camera_profile);
+    dataset_.write_landmarks({rig_.marker_positions_rsb_mm, rig_.near_cross_positions_rsb_mm});
+    dataset_.write_displays(rig_.panel_models);
+    make_safe(rig_);
+    stop_if_asked();
+    if (const double t = record_.unfinished_exposure_s(); t > 0)
+      rig_.clock.wait_until(rig_.clock.in(Duration::of(t + kReadoutS)).at_ns);
+    position_ = rig_.stage.home(rig_.clock.in(kMoveLimit));
+    record_.add("homed", {{"reached_mm", position_.value()}});
+  }
+
+  /// All that is missing of the view that begins with shot `begin`; returns the next view's first.
+  std::size_t take_view(std::size_t begin) {
+    std::size_t end = begin;
+    while (end < shots_.size() && shots_[end].view == shots_[begin].view) ++end;
+    const std::span<const Shot> view(&shots_[begin], end - begin);
+    const auto taken = [&](const Shot& s) { return record_.taken(s) != nullptr; };
+    if (!std::all_of(view.begin(), view.end(), taken)) {
+      stop_if_asked();
+      const Length reached = go_to(view.front());
+      for (const Shot& s : view) {
+        if (!taken(s)) continue;
+        const double before_mm = record_.taken(s)->reached_mm;
+        if (std::abs(before_mm - reached.value()) > kSamePlaceMm)
+          record_.set_aside(
+              s.file, fmt::format("was taken at {} mm, the carriage now reaches {} mm", before_mm,
+                                  reached.value()));
+      }
+      for (const Shot& s : view)
+        if (!taken(s)) take(s, reached);
+    }
+    report_progress();
+    return end;
+  }
+
+  Length go_to(const Shot& shot) {
+    // Towards the position from the shot's side, whatever stood before.
+    const bool from_above = shot.approach == Shot::Approach::kFromAbove;
+    if (from_above && position_ <= shot.position) move_to(rig_.stage.travel());
+    if (!from_above && position_ > shot.position) move_to(Length::of(0));
+    const Length reached = move_to(shot.position);
+    rig_.clock.wait_until(rig_.clock.in(Duration::of(plan_.settle_s)).at_ns);
+    return reached;
+  }
+
+  Length move_to(Length target) {
+    position_ = rig_.stage.move_to(target, rig_.clock.in(kMoveLimit));
+    if (std::abs(position_.value() - target.value()) > kPositionToleranceMm)
+      throw DeviceError(DeviceError::Kind::kFault,
+                        fmt::format("the carriage stands at {:.3f} mm instead of {:.3f} mm",
+                                    position_.value(), target.value()),
+                        "free the rail, then run the command again");
+    return position_;
+  }
+
+  void set_light(Shot::Light light) {
+    const bool markers = light == Shot::Light::kMarkers;
+    if (markers) rig_.leds.set_all(0);
+    for (int i = 0; i < rig_.markers.count(); ++i) rig_.markers.set(i, markers);
+    if (!markers) rig_.leds.set_all(1);
+  }
+
+  void take(const Shot& shot, Length reached) {
+    stop_if_asked();
+    set_light(shot.light);
+    const Nanoseconds asked_ns = rig_.clock.now_ns();
+    json frame = {{"file", shot.file},
+                  {"view", shot.view},
+                  {"commanded_mm", shot.position.value()},
+                  {"reached_mm", reached.value()},
+                  {"light", shot.light == Shot::Light::kMarkers ? "markers" : "ceiling"},
+                  {"exposure_s", shot.exposure_s}};
+    record_.add("trigger", frame);
+    const Duration exposure = Duration::of(shot.exposure_s);
+    const Deadline deadline =
+        rig_.clock.in(Duration::of(2 * rig_.camera.frame_duration(exposure).value() + 30));
+    const RawFrame raw = rig_.camera.expose(exposure, deadline);
+    require_the_frame(raw, shot, asked_ns);
+    write_mosaic_png(dataset_.file(shot.file), raw.mosaic);
+    frame["exposure_s"] = raw.exposure.value();
+    frame["gain"] = raw.gain;
+    frame["camera_serial"] = raw.camera_serial;
+    frame["triggered_ns"] = raw.triggered_ns;
+    frame["bytes"] = fs::file_size(dataset_.file(shot.file));
+    frame["sha256"] = sha256_hex_of(dataset_.file(shot.file));
+    record_.add("frame", frame);
+    report_progress();
+  }
+
+  void require_the_frame(const RawFrame& raw, const Shot& shot, Nanoseconds asked_ns) const {
+    const CameraProfile& profile = rig_.camera_profile;
+    const auto refuse = [&](const std::string& problem, const std::string& remedy) {
+      throw DeviceError(DeviceError::Kind::kFault, "for " + shot.file + " " + problem, remedy);
+    };
+    if (raw.triggered_ns < asked_ns)
+      refuse("the camera handed over an older frame",
+             "empty the camera's card, then run the command again");
+    if (raw.camera_serial != profile.serial)
+      refuse(fmt::format("a frame of camera '{}' came instead of '{}'", raw.camera_serial,
+                         profile.serial),
+             "connect the camera that this session began with");
+    if (std::abs(raw.exposure.value() / shot.exposure_s - 1) > kExposureTolerance)
+      refuse(fmt::format("the camera exposed for {} s instead of {} s", raw.exposure.value(),
+                         shot.exposure_s),
+             "set the camera to manual exposure");
+    if (raw.gain != 1)
+      refuse(fmt::format("the camera used ISO {}", 100 * raw.gain), "set the camera to ISO 100");
+    if (raw.mosaic.width() != profile.intrinsics.width_px ||
+        raw.mosaic.height() != profile.intrinsics.height_px ||
+        raw.mosaic.pattern != profile.pattern)
+      refuse(fmt::format("the camera delivered {}x{} pixels, {}", raw.mosaic.width(),
+                         raw.mosaic.height(), to_string(raw.mosaic.pattern)),
+             "set the camera to its full raw format");
+  }
+
+  void report_progress() {
+    if (!listener_.on_progress) return;
+    const auto done = std::count_if(shots_.begin(), shots_.end(),
+                                    [&](const Shot& s) { return record_.taken(s); });
+    listener_.on_progress(static_cast<int>(done), static_cast<int>(shots_.size()));
+  }
+
+  void finish() {
+    if (fs::exists(dataset_.file("dataset.json"))) return;
+    std::vector<CapturedView> views;
+    for (const Shot& shot : shots_) {
+      if (shot.view == kReturnView) continue;
+      const TakenFrame& frame = *record_.taken(shot);
+      if (views.empty() || views.back().name != shot.view)
+        views.push_back({shot.view, frame.commanded_mm, frame.reached_mm, {}, {}});
+      const ExposureRecord exposure{shot.file, frame.exposure_s};
+      if (shot.light == Shot::Light::kMarkers)
+        views.back().marker_frame = exposure;
+      else
+        views.back().exposures.push_back(exposure);
+    }
+    dataset_.write_frames(views);
+    if (shots_.back().view == kReturnView) {
+      const Shot& first = *std::find_if(shots_.begin(), shots_.end(), [](const Shot& s) {
+        return s.light == Shot::Light::kMarkers;
+      });
+      record_.add("returned", return_check(rig_, dataset_, first, shots_.back(),
+                                           record_.taken(shots_.back())->reached_mm -
+                                               record_.taken(first)->reached_mm));
+    }
+    dataset_.write_manifest(manifest_);
+    record_.add("finished", {{"frames", shots_.size()}});
+  }
+
   const Rig& rig_;
+  const Dataset& dataset_;
+  const DatasetManifest& manifest_;
+  const CapturePlan& plan_;
+  const CaptureListener& listener_;
+  const std::vector<Shot> shots_;
+  SessionRecord record_;
+  Length position_;  // as the stage last said
 };
 
-std::string numbered(const std::string& stem, int i) {
-  const std::string n = std::to_string(i);
-  return stem + std::string(n.size() < 3 ? 3 - n.size() : 0, '0') + n;
+std::vector<json> journal_of(const Dataset& dataset) {
+  const fs::path file = dataset.file(detail::kJournalFile);
+  return fs::exists(file) ? Journal::read(file) : std::vector<json>();
 }
 
 }  // namespace
 
-std::string validate(const CapturePlan& plan) {
-  if (plan.views < 1) return "a capture needs at least one view";
-  if (plan.exposures_s.empty()) return "a capture needs at least one exposure";
-  for (double t : plan.exposures_s)
-    if (!(t > 0) || !std::isfinite(t)) return "exposure times must be above 0 s";
-  if (!(plan.marker_exposure_s > 0) || !std::isfinite(plan.marker_exposure_s))
-    return "the marker exposure must be above 0 s";
-  return "";
-}
-
-void capture_light_field(const Rig& rig, const Dataset& dataset, const CapturePlan& plan,
-                         const std::function<void(int, int)>& progress) {
+void capture_light_field(const Rig& rig, const Dataset& dataset, const DatasetManifest& manifest,
+                         const CapturePlan& plan, const CaptureListener& listener) {
   if (const std::string reason = validate(plan); !reason.empty())
     throw ArgumentError(reason, "change the plan");
-  make_folder(dataset.file("raw"));
-  dataset.write_camera(rig.camera_profile);
-  dataset.write_landmarks({rig.marker_positions_rsb_mm, rig.near_cross_positions_rsb_mm});
-  dataset.write_displays(rig.panel_models);
-
-  const LightsOffAtExit guard(rig);
-  rig.stage.home(rig.clock.in(kMoveLimit));
-  const int total = plan.views * (static_cast<int>(plan.exposures_s.size()) + 1);
-  int done = 0;
-  const auto shoot = [&](const std::string& file, double exposure_s) {
-    const RawFrame frame = rig.camera.expose(Duration::of(exposure_s), rig.clock.in(kExposeLimit));
-    write_mosaic_png(dataset.file(file), frame.mosaic);
-    progress(++done, total);
-    return ExposureRecord{file, frame.exposure.value()};
-  };
-
-  std::vector<CapturedView> views;
-  for (int i = 0; i < plan.views; ++i) {
-    CapturedView view;
-    view.name = numbered("view_", i);
-    const double fraction = plan.views == 1 ? 0.5 : static_cast<double>(i) / (plan.views - 1);
-    view.commanded_mm = fraction * rig.stage.travel().value();
-    view.reached_mm =
-        rig.stage.move_to(Length::of(view.commanded_mm), rig.clock.in(kMoveLimit)).value();
-    LightsOffAtExit::all(rig, false);
-    rig.leds.set_all(1);
-    for (std::size_t e = 0; e < plan.exposures_s.size(); ++e)
-      view.exposures.push_back(shoot("raw/" + view.name + "_exposure_" + std::to_string(e) + ".png",
-                                     plan.exposures_s[e]));
-    rig.leds.set_all(0);
-    LightsOffAtExit::all(rig, true);
-    view.marker_frame = shoot("raw/" + view.name + "_markers.png", plan.marker_exposure_s);
-    views.push_back(view);
-    dataset.write_frames(views);
-  }
+  const SafeAtExit guard(rig);
+  Session(rig, dataset, manifest, plan, listener).run();
 }
 
-void record_alignments(const Rig& rig, const Dataset& dataset, int settings) {
-  if (settings < 1) throw ArgumentError("an alignment needs at least one setting", "ask for one");
-  std::vector<std::vector<Alignment>> all;
-  for (DisplayId id : kDisplays) {
-    std::vector<Alignment> marks;
-    for (const auto* points : {&rig.near_cross_positions_rsb_mm, &rig.marker_positions_rsb_mm})
-      for (const Eigen::Vector3d& p : *points) {
-        Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-        for (int i = 0; i < settings; ++i)
-          sum += rig.observer.align(id, p, rig.clock.in(kMoveLimit));
-        marks.push_back({p, sum / settings});
-      }
-    all.push_back(marks);
-  }
-  dataset.write_landmarks({rig.marker_positions_rsb_mm, rig.near_cross_positions_rsb_mm});
-  dataset.write_displays(rig.panel_models);
-  dataset.write_alignments(all);
+std::optional<CapturePlan> recorded_plan(const Dataset& dataset) {
+  const std::vector<json> records = journal_of(dataset);
+  if (records.empty()) return std::nullopt;
+  const fs::path file = dataset.file(detail::kJournalFile);
+  return plan_from_json(json_get<json>(records.front(), "plan", file), file);
+}
+
+std::vector<Shot> missing_shots(const Dataset& dataset, const std::vector<Shot>& shots) {
+  const auto taken = detail::taken_frames(dataset, journal_of(dataset));
+  std::vector<Shot> missing;
+  std::copy_if(shots.begin(), shots.end(), std::back_inserter(missing),
+               [&](const Shot& s) { return !taken.contains(s.file); });
+  return missing;
 }
 
 }  // namespace wheatstone

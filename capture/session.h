@@ -1,35 +1,50 @@
 #pragma once
-// Captures a light field of the box through whatever rig is plugged in.
+// Captures a light field of the box through whatever rig is plugged in, so that nothing is lost.
+//
+// A session is a dataset folder with session/journal.jsonl, to which every step is added as it
+// happens (docs/capture.md lists the records). A frame counts once its file is whole on the disk
+// and its record, with size and SHA-256, is in the journal; whatever ends the program before that,
+// the frame is taken again. So the same call on the same folder goes on where the last one ended.
 
 #include <functional>
-#include <string>
-#include <vector>
+#include <nlohmann/json.hpp>
+#include <optional>
 
+#include "capture/plan.h"
 #include "core/dataset.h"
-#include "hardware/rig.h"
 
 namespace wheatstone {
 
-struct CapturePlan {
-  int views = 11;  // evenly spaced over the rail, ends included
-  std::vector<double> exposures_s = {1 / 240.0, 1 / 60.0, 1 / 15.0};
-  double marker_exposure_s = 1 / 60.0;
+struct CaptureListener {
+  std::function<void(const nlohmann::json& record)> on_record;  // as it stands in the journal
+  std::function<void(int done, int total)> on_progress;         // frames
+  std::function<bool()> stop_requested;                         // asked before every step
 };
 
-/// Empty when the plan can be carried out, else the reason.
-std::string validate(const CapturePlan&);
+/// Carries out the plan in the order of shots_of(). Camera, lights and carriage never act at the
+/// same time: the carriage moves only when the last frame has been read out. A frame is refused
+/// unless the camera says that it was taken after it was asked for, by the rig's own camera and at
+/// the exposure asked for. All frames of a view are taken from the same place: when a resumed
+/// session cannot reach it within 0.02 mm, the view's earlier frames are set aside and taken again.
+///
+/// Writes raw/*.png, and when all are there frames.json and, last, `manifest` as dataset.json.
+/// Files that are not what the journal says are moved to session/set_aside/, never deleted.
+/// Lights are off and the carriage stands when it returns or throws; the lights and the journal of
+/// an unplugged rig say so.
+/// Errors: ArgumentError: the plan, or a session in this folder with another plan, rig or manifest
+///           (the message lists what differs);
+///         FileError: the folder holds another dataset or is in use, too little space, disk faults;
+///         DeviceError: as the devices say, and kFault for a frame or a position that is not what
+///           was asked for;
+///         Cancelled: listener.stop_requested() was true.
+void capture_light_field(const Rig&, const Dataset&, const DatasetManifest&, const CapturePlan&,
+                         const CaptureListener&);
 
-/// For each rail position: the ceiling on, one frame per exposure; the ceiling off and the markers
-/// on, one marker frame. Writes raw/*.png as they come and frames.json after every view,
-/// camera.json, landmarks.json and displays.json at the start. Lights are off when it returns or
-/// throws. progress(done, total) after every frame. Errors: ArgumentError (plan), DeviceError,
-/// FileError.
-void capture_light_field(const Rig&, const Dataset&, const CapturePlan&,
-                         const std::function<void(int, int)>& progress);
+/// The plan of the session in this folder, as in its journal; nothing if there is no session.
+/// Errors: FileError (journal damaged).
+std::optional<CapturePlan> recorded_plan(const Dataset&);
 
-/// Asks the observer to align a mark of every display with the four near crosses and the four
-/// marker LEDs, each `settings` times, and writes the means to alignments.json.
-/// Errors: ArgumentError unless settings >= 1; DeviceError; FileError.
-void record_alignments(const Rig&, const Dataset&, int settings = 5);
+/// The shots that are not yet in the journal, without looking at the files.
+std::vector<Shot> missing_shots(const Dataset&, const std::vector<Shot>&);
 
 }  // namespace wheatstone

@@ -1,6 +1,7 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Ceres 2.1 REQUIRED)
 find_package(OpenEXR 3.1 REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(embree 3 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(fmt 9 REQUIRED)

@@ -1,6 +1,7 @@
 #include "core/clock.h"
 
 #include <chrono>
+#include <ctime>
 #include <thread>
 
 namespace wheatstone {
@@ -13,6 +14,15 @@ Nanoseconds SteadyClock::now_ns() const {
 
 void SteadyClock::wait_until(Nanoseconds at_ns) {
   std::this_thread::sleep_for(std::chrono::nanoseconds(at_ns - now_ns()));
+}
+
+std::string utc_timestamp() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
 }
 
 }  // namespace wheatstone

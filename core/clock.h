@@ -2,6 +2,7 @@
 // Time is handed in, so that a test never sleeps.
 
 #include <cstdint>
+#include <string>
 
 #include "core/units.h"
 
@@ -43,5 +44,8 @@ class SimulatedClock final : public Clock {
  private:
   Nanoseconds now_ns_ = 0;
 };
+
+/// The wall clock, "2026-11-25T12:33:29Z", for records that people read.
+std::string utc_timestamp();
 
 }  // namespace wheatstone

@@ -77,7 +77,11 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     fs::remove(temporary, error);
     throw;
   }
-  sync_to_disk(folder, O_RDONLY | O_DIRECTORY, path);
+  sync_folder(folder);
+}
+
+void sync_folder(const fs::path& path) {
+  sync_to_disk(path.empty() ? fs::path(".") : path, O_RDONLY | O_DIRECTORY, path);
 }
 
 void write_bytes_atomically(const fs::path& path, std::span<const std::byte> bytes) {

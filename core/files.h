@@ -27,6 +27,9 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path,
 std::string read_text(const std::filesystem::path& path,
                       std::size_t max_bytes = std::size_t{1} << 28);
 
+/// Flushes the names in a folder to disk: what was created, renamed or removed in it stays so.
+void sync_folder(const std::filesystem::path&);
+
 /// Creates the folder and its parents. FileError names the folder and why not.
 void make_folder(const std::filesystem::path& path);
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <numbers>
 
 namespace wheatstone {
@@ -37,6 +38,7 @@ class RandomStream {
   double poisson(double mean);
 
  private:
+  friend std::uint64_t stream_of(std::initializer_list<std::uint64_t>);
   // SplitMix64's finaliser (Steele, Lea, Flood 2014).
   static std::uint64_t mix(std::uint64_t z) {
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -47,5 +49,12 @@ class RandomStream {
   double spare_ = 0.0;
   bool has_spare_ = false;
 };
+
+/// One stream for each combination of numbers.
+inline std::uint64_t stream_of(std::initializer_list<std::uint64_t> numbers) {
+  std::uint64_t stream = 0;
+  for (const std::uint64_t n : numbers) stream = RandomStream::mix(stream + n + 1);
+  return stream;
+}
 
 }  // namespace wheatstone

@@ -10,6 +10,8 @@ class LinearStage {
  public:
   virtual ~LinearStage() = default;
   virtual Length travel() const = 0;
+  /// How long move_to() takes over a distance >= 0 when nothing goes wrong.
+  virtual Duration move_duration(Length distance) const = 0;
   /// Finds the reference end; returns the position there. Throws DeviceError.
   virtual Length home(Deadline) = 0;
   /// Moves and settles; returns the position reached as the encoder reads it. Throws DeviceError

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <sstream>
 
@@ -125,6 +126,10 @@ cv::Mat1f SimulatedCamera::optical_image_cd_m2() {
   return cache_.front().image_cd_m2;
 }
 
+Duration SimulatedCamera::frame_duration(Duration exposure) const {
+  return Duration::of(exposure.value() + kReadoutS);
+}
+
 RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
   const double t = exposure.value();
   if (!(t >= 1.0 / 8000 * 0.999 && t <= 30)) {
@@ -132,7 +137,8 @@ RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
     problem << "the camera cannot expose for " << t << " s";
     throw DeviceError(DeviceError::Kind::kOutOfRange, problem.str(), "use 1/8000 s to 30 s");
   }
-  const Nanoseconds done = world_.clock.in(Duration::of(t + kReadoutS)).at_ns;
+  const Nanoseconds triggered = world_.clock.now_ns(),
+                    done = world_.clock.in(frame_duration(exposure)).at_ns;
   if (done > deadline.at_ns) {
     world_.clock.wait_until(deadline.at_ns);
     throw DeviceError(DeviceError::Kind::kTimeout, "the camera did not deliver in time",
@@ -140,12 +146,15 @@ RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
   }
   const cv::Mat1f optical = optical_image_cd_m2();
   const CameraProfile& p = world_.camera_profile;
-  RawFrame frame{{cv::Mat1w(optical.size()), p.pattern}, exposure};
+  RawFrame frame{{cv::Mat1w(optical.size()), p.pattern}, exposure, 1, p.serial, triggered};
   const double gain = p.dn_per_cd_m2_s * t;
   const double electronic = std::hypot(p.read_noise_e, p.adc_noise);  // at ISO 100, in k
-  const auto frame_rows = frame_ * static_cast<std::uint64_t>(optical.rows);
+  const std::uint64_t what = stream_of({std::bit_cast<std::uint64_t>(world_.carriage_mm),
+                                        std::bit_cast<std::uint64_t>(world_.light.led_drive),
+                                        world_.light.marker_mask, std::bit_cast<std::uint64_t>(t)});
+  const std::uint64_t noise = stream_of({what, taken_[what]++});
   tbb::parallel_for(0, optical.rows, [&](int y) {
-    RandomStream random(world_.seed, frame_rows + static_cast<std::uint64_t>(y));
+    RandomStream random(world_.seed, noise + static_cast<std::uint64_t>(y));
     for (int x = 0; x < optical.cols; ++x) {
       double signal = gain * optical(y, x);
       if (noise_) {
@@ -158,7 +167,6 @@ RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
       frame.mosaic.dn(y, x) = static_cast<std::uint16_t>(dn);
     }
   });
-  ++frame_;
   world_.clock.wait_until(done);
   return frame;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -16,7 +17,9 @@ class SimulatedCamera final : public StillCamera {
   SimulatedCamera(World& world, bool noise);
 
   const CameraProfile& profile() const override { return world_.camera_profile; }
-  /// Takes 1/8000 s to 30 s.
+  Duration frame_duration(Duration exposure) const override;
+  /// Takes 1/8000 s to 30 s. The noise depends on what is seen for how long, and how often that
+  /// was taken already; not on what else was taken.
   RawFrame expose(Duration, Deadline) override;
 
   /// Noise-free camera-space colour per photosite in cd/m^2, as the lens images it now.
@@ -36,7 +39,7 @@ class SimulatedCamera final : public StillCamera {
 
   World& world_;
   bool noise_;
-  std::uint64_t frame_ = 0;
+  std::map<std::uint64_t, std::uint64_t> taken_;  // equal frames so far
   cv::Mat2f lens_;            // nodes every kNodePx pixels, the first at (-kNodePx, -kNodePx)
   std::deque<Cached> cache_;  // newest first
 };

@@ -1,7 +1,10 @@
 #include "sim/simulated_rig.h"
 
+#include <bit>
 #include <cmath>
+#include <map>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -21,10 +24,14 @@ class SimulatedStage final : public LinearStage {
 
   Length travel() const override { return Length::of(kStageTravelMm); }
 
+  Duration move_duration(Length distance) const override {
+    return Duration::of(distance.value() / kSpeedMmS + kSettleS);
+  }
+
   Length home(Deadline deadline) override {
     spend(world_.carriage_mm, deadline);
     homed_ = true;
-    world_.carriage_mm = 0;
+    commanded_mm_ = world_.carriage_mm = 0;
     return Length::of(0);
   }
 
@@ -40,17 +47,25 @@ class SimulatedStage final : public LinearStage {
       throw DeviceError(DeviceError::Kind::kOutOfRange, problem.str(), "use 0 to 167 mm");
     }
     spend(std::abs(mm - world_.carriage_mm), deadline);
-    RandomStream random(world_.seed ^ kStageSeed, moves_++);
-    world_.carriage_mm = mm + kSettleSigmaMm * random.normal();
-    return Length::of(world_.carriage_mm);
+    // Where it comes to rest depends on the position, the side it comes from and how often it came
+    // from there; not on what else was done, so that a session in two parts sees what one in a
+    // single part sees.
+    const int side = (mm > commanded_mm_) - (mm < commanded_mm_);
+    RandomStream random(world_.seed ^ kStageSeed,
+                        stream_of({std::bit_cast<std::uint64_t>(mm),
+                                   static_cast<std::uint64_t>(side), visits_[{mm, side}]++}));
+    commanded_mm_ = mm;
+    const double settled_mm = mm + kSettleSigmaMm * random.normal();
+    // The encoder sits on the motor and does not see the backlash.
+    world_.carriage_mm = settled_mm + (side < 0 ? world_.backlash_mm : 0);
+    return Length::of(settled_mm);
   }
 
   void stop() noexcept override {}  // moves are over when they return
 
  private:
   void spend(double distance_mm, Deadline deadline) {
-    const Nanoseconds done =
-        world_.clock.in(Duration::of(distance_mm / kSpeedMmS + kSettleS)).at_ns;
+    const Nanoseconds done = world_.clock.in(move_duration(Length::of(distance_mm))).at_ns;
     if (done > deadline.at_ns) {
       world_.clock.wait_until(deadline.at_ns);
       throw DeviceError(DeviceError::Kind::kTimeout, "the stage did not arrive in time",
@@ -61,7 +76,8 @@ class SimulatedStage final : public LinearStage {
 
   World& world_;
   bool homed_ = false;
-  std::uint64_t moves_ = 0;
+  double commanded_mm_ = 0;
+  std::map<std::pair<double, int>, std::uint64_t> visits_;
 };
 
 class SimulatedMarkers final : public MarkerLights {

@@ -32,6 +32,7 @@ struct World {
   Scene scene;
   SimulatedClock clock;
   double carriage_mm = 0;
+  double backlash_mm = 0;  // how far right of its encoder's reading it stands coming from above
   BoxLight light;
   std::array<PanelDrive, 4> panel_drives;  // at index_of(id)
   std::vector<PanelModel> panel_models;    // at index_of(id)

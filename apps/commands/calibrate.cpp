@@ -6,7 +6,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
 #include "apps/stations.h"
-#include "capture/session.h"
+#include "capture/alignment.h"
 #include "core/error.h"
 
 namespace wheatstone::apps {

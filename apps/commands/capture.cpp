@@ -1,38 +1,177 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
+#include "apps/stop_on_signal.h"
+#include "capture/exposure_planning.h"
 #include "capture/session.h"
 #include "core/error.h"
 #include "core/files.h"
 
 namespace wheatstone::apps {
+namespace {
+
+using nlohmann::json;
+
+struct CaptureOptions {
+  std::string folder;
+  SimulationOptions simulation;
+  CapturePlan plan;
+  double coverage = 0.95;
+  bool dry_run = false, as_json = false;
+};
+
+/// Tells a person or a program what happens.
+class Teller {
+ public:
+  explicit Teller(bool as_json) : as_json_(as_json) {}
+
+  void plan(const CapturePlan& plan, const CaptureForecast& forecast, int total) const {
+    if (as_json_) {
+      tell({{"event", "forecast"},
+            {"plan", to_json(plan)},
+            {"frames", forecast.frames},
+            {"frames_of_session", total},
+            {"duration_s", forecast.duration_s},
+            {"bytes", forecast.bytes}});
+      return;
+    }
+    fmt::print(
+        "{} views, exposures {:.4g} s: {} of {} frames to take, {:.0f} s on the rig, up to "
+        "{:.1f} MB\n",
+        plan.views, fmt::join(plan.exposures_s, ", "), forecast.frames, total, forecast.duration_s,
+        static_cast<double>(forecast.bytes) / 1e6);
+  }
+
+  void record(const json& r) {
+    if (as_json_) return tell(r);
+    const std::string event = r.at("event");
+    if (event == "set aside")
+      fmt::print("{} {}: taken again\n", r.at("file").get<std::string>(),
+                 r.at("why").get<std::string>());
+    if (event == "returned") returned(r);
+  }
+
+  void progress(int done, int total) {
+    if (first_done_ < 0) first_done_ = done;
+    const double elapsed_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double rate = (done - first_done_) / std::max(elapsed_s, 1e-9);
+    const double left_s = rate > 0 ? (total - done) / rate : 0;
+    if (as_json_)
+      tell({{"event", "progress"},
+            {"done", done},
+            {"total", total},
+            {"frames_per_s", rate},
+            {"seconds_left", left_s}});
+    else
+      show_progress(done == total || rate == 0
+                        ? "capture"
+                        : fmt::format("capture, {:.2g} frames/s, {:.0f} s left", rate, left_s),
+                    done, total);
+  }
+
+ private:
+  static void tell(const json& event) {
+    fmt::print("{}\n", event.dump());
+    std::fflush(stdout);
+  }
+
+  /// Backlash or lost steps move the camera where the encoder sees nothing.
+  static void returned(const json& r) {
+    constexpr double kWarnMm = 0.1;
+    const double encoder_mm = r.at("encoder_mm");
+    if (r.contains("problem")) {
+      fmt::print(stderr, "the return to the start could not be checked: {}\n",
+                 r.at("problem").get<std::string>());
+      return;
+    }
+    const double seen_mm = r.at("seen_mm");
+    fmt::print("back at the start: {:+.3f} mm by the encoder, {:+.3f} mm as the markers show\n",
+               encoder_mm, seen_mm);
+    if (std::abs(seen_mm - encoder_mm) > kWarnMm)
+      fmt::print(stderr,
+                 "warning: backlash or lost steps of {:.2f} mm; the poses come from the markers, "
+                 "the rail's positions are not to be trusted\n",
+                 std::abs(seen_mm - encoder_mm));
+  }
+
+  const bool as_json_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  int first_done_ = -1;
+};
+
+/// The exposures of the session in the folder if it was planned for the same ratio, so that a
+/// resumed session does not probe again; else planned from a probe.
+std::vector<double> exposures_for(const CapturePlan& plan, const Dataset& dataset, const Rig& rig) {
+  if (const std::optional<CapturePlan> there = recorded_plan(dataset)) return there->exposures_s;
+  const LightRange light = probe_light(rig, plan, plan.coverage, StopOnSignal::requested);
+  return plan_exposures(light, rig.camera_profile, plan.signal_to_noise);
+}
+
+void run_capture(const CaptureOptions& options) {
+  const SimulationOptions& s = options.simulation;
+  SimulatedRig twin({s.scene, s.scale, s.seed});
+  const Rig rig = twin.rig();
+  const Dataset dataset(options.folder);
+  const StopOnSignal stop;
+  CapturePlan plan = options.plan;
+  if (const std::string reason = validate(plan); !reason.empty())
+    throw ArgumentError(reason, "change the plan");
+  if (plan.signal_to_noise != 0) {
+    plan.coverage = options.coverage;
+    plan.exposures_s = exposures_for(plan, dataset, rig);
+  }
+  Teller teller(options.as_json);
+  const std::vector<Shot> shots = shots_of(plan, rig.stage.travel());
+  teller.plan(plan, forecast(missing_shots(dataset, shots), plan, rig),
+              static_cast<int>(shots.size()));
+  if (options.dry_run) return;
+  make_folder(dataset.root());
+  capture_light_field(
+      rig, dataset, {"capture", s.scene, s.seed, s.scale, "simulated rig", 0, 1}, plan,
+      {[&](const json& r) { teller.record(r); },
+       [&](int done, int total) { teller.progress(done, total); }, StopOnSignal::requested});
+}
+
+}  // namespace
 
 void add_capture(CLI::App& app) {
-  auto* command = app.add_subcommand("capture", "Capture a light field of the box");
-  auto simulation = std::make_shared<SimulationOptions>();
-  auto folder = std::make_shared<std::string>();
-  auto plan = std::make_shared<CapturePlan>();
-  command->add_option("dataset", *folder, "new dataset folder")->required();
-  simulation->add_to(*command);
-  command->add_option("--views", plan->views, "rail positions")->capture_default_str();
-  command->add_option("--exposures", plan->exposures_s, "exposure times in s")
+  auto* command = app.add_subcommand(
+      "capture", "Capture a light field of the box; goes on where an earlier run was ended");
+  auto options = std::make_shared<CaptureOptions>();
+  CapturePlan& plan = options->plan;
+  command->add_option("dataset", options->folder, "dataset folder, new or of the same session")
+      ->required();
+  options->simulation.add_to(*command);
+  command->add_option("--views", plan.views, "rail positions")->capture_default_str();
+  auto* exposures = command->add_option("--exposures", plan.exposures_s, "exposure times in s")
+                        ->capture_default_str();
+  auto* ratio = command->add_option("--signal-to-noise", plan.signal_to_noise,
+                                    "probe the box and take the fewest exposures that reach this "
+                                    "ratio in all views");
+  ratio->excludes(exposures);
+  command->add_option("--coverage", options->coverage, "share of the pixels that have to reach it")
+      ->capture_default_str()
+      ->needs(ratio);
+  command->add_option("--marker-exposure", plan.marker_exposure_s, "of the marker frames, in s")
       ->capture_default_str();
-  command->footer("Example:\n  wheatstone capture out/card --scene card --scale 0.1");
-  command->callback([=] {
-    const Dataset dataset(*folder);
-    if (std::filesystem::exists(dataset.file("dataset.json")))
-      throw FileError(dataset.root(), "holds a dataset already", "choose another folder");
-    SimulatedRig twin({simulation->scene, simulation->scale, simulation->seed});
-    make_folder(dataset.root());
-    capture_light_field(twin.rig(), dataset, *plan,
-                        [](int done, int total) { show_progress("capture", done, total); });
-    dataset.write_manifest(
-        {"capture", simulation->scene, simulation->seed, simulation->scale, "simulated rig", 0, 1});
-  });
+  command->add_option("--settle", plan.settle_s, "rest after every move, in s")
+      ->capture_default_str();
+  command->add_flag("--dry-run", options->dry_run, "only say what would be taken, time and disk");
+  command->add_flag("--json", options->as_json, "one JSON object per event on standard output");
+  command->footer(
+      "Examples:\n"
+      "  wheatstone capture out/card --scene card --scale 0.1\n"
+      "  wheatstone capture out/card --scene card --scale 0.1 --signal-to-noise 50 --dry-run");
+  command->callback([options] { run_capture(*options); });
 }
 
 }  // namespace wheatstone::apps

@@ -10,7 +10,6 @@
 
 #include "apps/stations.h"
 #include "capture/import/poses_json.h"
-#include "capture/session.h"
 #include "core/exr.h"
 #include "core/json.h"
 #include "core/png.h"

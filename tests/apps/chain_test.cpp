@@ -5,6 +5,7 @@
 
 #include "apps/check.h"
 #include "apps/stations.h"
+#include "capture/alignment.h"
 #include "capture/session.h"
 #include "core/error.h"
 #include "core/exr.h"
@@ -27,8 +28,8 @@ constexpr double kScale = 0.1;
 Dataset capture_and_calibrate(const fs::path& root, SimulatedRig& twin) {
   const Dataset dataset(root);
   make_folder(root);
-  capture_light_field(twin.rig(), dataset, {3}, [](int, int) {});
-  dataset.write_manifest({"capture", "card", kSeed, kScale, "simulated rig", 0, 1});
+  capture_light_field(twin.rig(), dataset,
+                      {"capture", "card", kSeed, kScale, "simulated rig", 0, 1}, {3}, {});
   merge(dataset, kQuiet);
   calibrate_poses(dataset, kQuiet);
   record_alignments(twin.rig(), dataset);

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "apps/stations.h"
-#include "capture/session.h"
+#include "capture/alignment.h"
 #include "sim/simulated_rig.h"
 
 namespace wheatstone::apps {
