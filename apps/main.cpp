@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
 #include "apps/commands/commands.h"
 #include "core/error.h"
@@ -20,7 +21,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e);
   } catch (const std::exception& e) {
-    fmt::print(stderr, "wheatstone: {}\n", e.what());
+    std::fputs(fmt::format("wheatstone: {}\n", e.what()).c_str(), stderr);  // which may be closed
     return 1;
   }
 }

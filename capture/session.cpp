@@ -82,6 +82,7 @@ class Session {
         shots_(shots_of(plan, rig.stage.travel())),
         record_(dataset, setup_of(rig, manifest, plan), listener.on_record) {}
   void run() try {
+    for (const char* folder : {"", "raw", "session"}) remove_unfinished(dataset_.file(folder));
     record_.verify();
     if (!record_.complete(shots_)) {
       fs::remove(dataset_.file("dataset.json"));  // not a finished capture any more

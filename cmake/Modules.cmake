@@ -60,15 +60,16 @@ function(wheatstone_add_module path)
   target_include_directories(wheatstone_${name} PUBLIC "${PROJECT_SOURCE_DIR}")
 endfunction()
 
-# wheatstone_add_test(<name> SOURCES a.cpp ... LINKS target ...): one GoogleTest program, each of
-# its tests known to ctest by its own name.
+# wheatstone_add_test(<name> SOURCES a.cpp ... LINKS target ... [LABELS label ...]): one GoogleTest
+# program, each of its tests known to ctest by its own name.
 function(wheatstone_add_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINKS;LABELS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE
     ${arg_LINKS} wheatstone_options GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE
     WHEATSTONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     WHEATSTONE_DEFAULT_SHARED="${PROJECT_SOURCE_DIR}/../shared")
-  gtest_discover_tests(${name} PROPERTIES TIMEOUT 300 DISCOVERY_TIMEOUT 120)
+  gtest_discover_tests(${name}
+    PROPERTIES TIMEOUT 300 LABELS "${arg_LABELS}" DISCOVERY_TIMEOUT 120)
 endfunction()

@@ -5,8 +5,10 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
+#include <regex>
 
 #include "core/error.h"
 
@@ -82,6 +84,20 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
 
 void sync_folder(const fs::path& path) {
   sync_to_disk(path.empty() ? fs::path(".") : path, O_RDONLY | O_DIRECTORY, path);
+}
+
+void remove_unfinished(const fs::path& folder) {
+  static const std::regex kTemporary(R"(\..*\.(\d{1,9})\.\d+\.part(\..*)?)");
+  std::error_code error;
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    if (std::regex_match(name, parts, kTemporary) &&
+        ::kill(static_cast<pid_t>(std::stol(parts[1])), 0) != 0 && errno == ESRCH)
+      left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) fs::remove(path, error);
 }
 
 void write_bytes_atomically(const fs::path& path, std::span<const std::byte> bytes) {

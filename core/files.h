@@ -21,6 +21,10 @@ void write_atomically(const std::filesystem::path& path,
 void write_bytes_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_text_atomically(const std::filesystem::path& path, const std::string& text);
 
+/// Removes from the folder, if there is one, the temporaries of processes that were killed while
+/// they wrote; those of living processes of this machine stay.
+void remove_unfinished(const std::filesystem::path& folder);
+
 /// Whole file. FileError if missing, unreadable, or larger than max_bytes.
 std::vector<std::byte> read_bytes(const std::filesystem::path& path,
                                   std::size_t max_bytes = std::size_t{1} << 31);

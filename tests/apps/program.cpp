@@ -28,7 +28,15 @@ std::string read_to_end(int fd) {
   return text;
 }
 
-[[noreturn]] void become_program(std::vector<std::string> arguments, const Surroundings& around) {
+fs::path new_temporary_folder() {
+  std::string pattern = (fs::temp_directory_path() / "wheatstone_apps_XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  return pattern;
+}
+
+}  // namespace
+
+void become_program(std::vector<std::string> arguments, const Surroundings& around) {
   for (const std::string& variable : around.environment) {
     const auto equals = variable.find('=');
     ::setenv(variable.substr(0, equals).c_str(), variable.c_str() + equals + 1, 1);
@@ -46,14 +54,6 @@ std::string read_to_end(int fd) {
   ::execv(WHEATSTONE_PROGRAM, argv.data());
   ::_exit(127);
 }
-
-fs::path new_temporary_folder() {
-  std::string pattern = (fs::temp_directory_path() / "wheatstone_apps_XXXXXX").string();
-  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  return pattern;
-}
-
-}  // namespace
 
 Outcome run_program(const std::vector<std::string>& arguments, const Surroundings& around) {
   std::array<int, 2> out{}, err{};

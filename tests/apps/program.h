@@ -23,6 +23,9 @@ struct Surroundings {
   std::optional<rlim_t> largest_file_bytes;  // writes beyond it fail as on a full disk
 };
 
+/// Turns this process, a child of the test, into the program.
+[[noreturn]] void become_program(std::vector<std::string> arguments, const Surroundings& = {});
+
 /// Runs the built program to its end.
 Outcome run_program(const std::vector<std::string>& arguments, const Surroundings& = {});
 

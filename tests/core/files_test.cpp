@@ -1,6 +1,8 @@
 #include "core/files.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -84,6 +86,20 @@ TEST_F(AtomicFiles, AFolderInPlaceOfAFileIsRefused) {
   EXPECT_THROW(read_bytes(folder_ / "a.txt"), FileError);
   write_text_atomically(folder_ / "file", "x");
   EXPECT_THROW(make_folder(folder_ / "file" / "below"), FileError);
+}
+
+TEST_F(AtomicFiles, LeftoversOfTheDeadGoAndThoseOfTheLivingStay) {
+  const pid_t dead = ::fork();
+  if (dead == 0) ::_exit(0);
+  ::waitpid(dead, nullptr, 0);
+  const fs::path left = folder_ / (".a." + std::to_string(dead) + ".0.part.png"),
+                 living = folder_ / (".a." + std::to_string(::getpid()) + ".1.part"),
+                 other = folder_ / ".part.png", data = folder_ / "a.png";
+  for (const fs::path& path : {left, living, other, data}) write_text_atomically(path, "x");
+  remove_unfinished(folder_);
+  EXPECT_FALSE(fs::exists(left));
+  for (const fs::path& path : {living, other, data}) EXPECT_TRUE(fs::exists(path)) << path;
+  remove_unfinished(folder_ / "nowhere");
 }
 
 TEST_F(AtomicFiles, TooLargeAFileIsRefusedBeforeItIsRead) {
