@@ -168,7 +168,7 @@ void add_capture(CLI::App& app) {
   command->add_flag("--dry-run", options->dry_run, "only say what would be taken, time and disk");
   command->add_flag("--json", options->as_json, "one JSON object per event on standard output");
   command->footer(
-      "Examples:\n"
+      "Example:\n"
       "  wheatstone capture out/card --scene card --scale 0.1\n"
       "  wheatstone capture out/card --scene card --scale 0.1 --signal-to-noise 50 --dry-run");
   command->callback([options] { run_capture(*options); });
