@@ -5,10 +5,9 @@
 
 #include "calib/eye_solver.h"
 #include "calib/markers.h"
-#include "capture/demosaic.h"
 #include "capture/import/poses_json.h"
 #include "capture/merge.h"
-#include "capture/radiance.h"
+#include "capture/merged_exr.h"
 #include "capture/rectify.h"
 #include "core/error.h"
 #include "core/exr.h"
@@ -29,8 +28,7 @@ void merge(const Dataset& dataset, const Progress& progress) {
       for (const ExposureRecord& e : views[i].exposures)
         stack.push_back(
             {read_mosaic_png(dataset.file(e.file), camera.pattern), Duration::of(e.exposure_s), 1});
-      const MergedMosaic merged = merge_exposures(stack, camera);
-      write_exr(out, to_radiance(demosaic_bilinear(merged.mosaic), camera), ExrPrecision::kHalf);
+      write_merged_light_exr(out, merge_exposures(stack, merge_options(camera)), camera);
     }
     progress("merge", static_cast<int>(i) + 1, static_cast<int>(views.size()));
   }
