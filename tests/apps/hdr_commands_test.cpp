@@ -198,7 +198,9 @@ TEST_F(HdrCommands, BadStacksAreRefused) {
   expect_merge_refused(with("/noise/sigma", 3), {stack, "noise.sigma"});
   expect_merge_refused(with("/noise/std_adc", -1), {stack, "noise.std_adc"});
   expect_merge_refused(with("/bits", 17), {stack, "bits", "16"});
-  expect_merge_refused(with("/bits", 8), {"frame_", "8 bits"});
+  json few_bits = without("saturation");
+  few_bits["bits"] = 10;
+  expect_merge_refused(few_bits, {"frame_", "10 bits"});
   expect_merge_refused(with("/black", 20000), {stack, "black"});
   expect_merge_refused(with("/frames", json::array()), {stack, "frames"});
   for (const json& time : {json(0), json(-1), json("1/60"), json(nullptr)})
