@@ -17,5 +17,7 @@ void add_import(CLI::App&);
 void add_render(CLI::App&);
 void add_present(CLI::App&);
 void add_doctor(CLI::App&);
+void add_metric(CLI::App&);
+void add_quality(CLI::App&);
 
 }  // namespace wheatstone::apps
