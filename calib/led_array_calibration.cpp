@@ -39,8 +39,9 @@ Eigen::Vector3d led_xyz_cd_m2(const LedCalibration& led, const LedDrive& drive) 
   Eigen::Vector3d level;
   for (std::size_t c = 0; c < 3; ++c) {
     const GainGammaOffset& r = led.responses[c];
+    const double off = r.luminance_cd_m2(0);
     level[static_cast<Eigen::Index>(c)] =
-        (r.luminance_cd_m2(drive[c]) - r.black_cd_m2) / r.span_cd_m2;
+        (r.luminance_cd_m2(drive[c]) - off) / (r.luminance_cd_m2(1) - off);
   }
   return led.xyz_cd_m2 * level;
 }
@@ -83,8 +84,9 @@ std::vector<LedDrive> led_drives(const std::vector<LedCalibration>& leds, double
     for (std::size_t c = 0; c < 3; ++c) {
       const GainGammaOffset& r = leds[i].responses[c];
       const double level = luminance_cd_m2 * levels[i][static_cast<Eigen::Index>(c)];
+      const double off = r.luminance_cd_m2(0);
       // Off is off, also where the response begins above drive 0.
-      out[i][c] = level > 0 ? r.drive(r.black_cd_m2 + r.span_cd_m2 * level) : 0;
+      out[i][c] = level > 0 ? r.drive(off + (r.luminance_cd_m2(1) - off) * level) : 0;
     }
   return out;
 }

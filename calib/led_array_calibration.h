@@ -12,8 +12,8 @@ namespace wheatstone {
 inline constexpr int kLedRows = 16, kLedColumns = 16;
 
 /// One LED with its three emitters (R, G, B). Column c of xyz_cd_m2 is what emitter c adds at full
-/// drive, X, Y, Z with Y in cd/m^2; responses[c] says how it rises with the drive, of which only
-/// the form counts: (L(d) - black) / span.
+/// drive beyond what it shows at drive 0, X, Y, Z with Y in cd/m^2; responses[c] says how it rises
+/// with the drive, of which only the form counts: (L(d) - L(0)) / (L(1) - L(0)).
 struct LedCalibration {
   Eigen::Matrix3d xyz_cd_m2 = Eigen::Matrix3d::Zero();
   std::array<GainGammaOffset, 3> responses;

@@ -62,8 +62,9 @@ PhotonTransfer measure_sensor_noise(const std::vector<FlatPair>& pairs,
     out.separated = out.separated || pairs[i].gain != pairs[0].gain;
   }
 
-  // Var = k m g + k^2 (read^2 g^2 + adc^2): linear in the k and the two squares by turns. Each
-  // Gauss-Newton step solves for all five at once: k_R, k_G, k_B, read^2, adc^2.
+  // Var = k m g + k^2 (read^2 g^2 + adc^2). Gauss-Newton for k_R, k_G, k_B, read^2, adc^2, from the
+  // k of photon noise alone and both squares alike as the darkest pair has them: without any, its
+  // tiny mean would have to explain its variance.
   Eigen::Matrix<double, 5, 1> p;
   p << 0, 0, 0, 0, 0;
   for (int k = 0; k < 3; ++k) {
@@ -72,6 +73,14 @@ PhotonTransfer measure_sensor_noise(const std::vector<FlatPair>& pairs,
       if (s.colour == k) m += s.mean_dn * s.gain, v += s.variance_dn2;
     p[k] = std::max(v / std::max(m, 1e-9), 1e-6);
   }
+  const Measurement& darkest =
+      *std::min_element(seen.begin(), seen.end(), [](const Measurement& a, const Measurement& b) {
+        return a.mean_dn / a.gain < b.mean_dn / b.gain;
+      });
+  const double k2 = p[darkest.colour] * p[darkest.colour];
+  p[3] = std::max(darkest.variance_dn2, 0.0) / k2 /
+         (out.separated ? darkest.gain * darkest.gain + 1 : 1);
+  if (out.separated) p[4] = p[3];
   const Eigen::Index unknowns = out.separated ? 5 : 4;
   Eigen::MatrixXd J(static_cast<Eigen::Index>(seen.size()), unknowns);
   Eigen::VectorXd residual(static_cast<Eigen::Index>(seen.size()));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace wheatstone {
 namespace {
@@ -10,7 +11,13 @@ constexpr int kFullNoiseIterations = 10;
 constexpr double kSmallestVariance = 1e-12;  // DN^2; the model's is 0 for dark pixels without noise
 constexpr float kDetectionLimit = 2;         // standard deviations
 
-// The inner loops are compiled twice, for any processor and for wider vectors. Both do the same
+using Floats = FrameTerms::Lanes;
+constexpr int kLanes = sizeof(Floats) / sizeof(float);
+using Ints = std::int32_t __attribute__((vector_size(32)));
+using Codes = std::uint16_t __attribute__((vector_size(16)));
+using Bytes = std::uint8_t __attribute__((vector_size(8)));
+
+// The loops are compiled twice, for any processor and for wider vectors. Both do the same
 // operations in the same order, without fused multiply-add, and so give the same bits.
 #if defined(__x86_64__)
 #define WHEATSTONE_AVX2 [[gnu::target("avx2")]]
@@ -20,188 +27,225 @@ const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
 const bool has_avx2 = false;
 #endif
 
-[[gnu::always_inline]] inline int highest_of(const std::uint16_t* a, const std::uint16_t* b,
-                                             int n) {
-  std::uint16_t highest = 0;
-  for (int i = 0; i < n; ++i) {
-    const std::uint16_t larger = a[i] > b[i] ? a[i] : b[i];
-    highest = larger > highest ? larger : highest;
-  }
-  return highest;
-}
-int highest_portable(const std::uint16_t* a, const std::uint16_t* b, int n) {
-  return highest_of(a, b, n);
-}
-WHEATSTONE_AVX2 int highest_avx2(const std::uint16_t* a, const std::uint16_t* b, int n) {
-  return highest_of(a, b, n);
-}
-
-/// One row of cells that are merged from the same frames.
+/// One of the two rows of a row of cells.
 struct RowWork {
-  int n;
-  const float *black_dn, *k;  // k: null without noise parameters
-  float per_time, shot_s, electronic;
-  std::uint8_t flags;
-  float *sum, *phi, *sigma;
-  std::uint8_t* flag;
+  Floats black_dn, k;  // repeated along the row; k: only with sigma
+  float* phi;
+  float* sigma;  // null without noise parameters
+  std::uint8_t* flags;
 };
 
-[[gnu::always_inline]] inline void add_codes(const std::uint16_t* dn, float scale, bool first,
-                                             const RowWork& w) {
-  const float* black_dn = w.black_dn;
-  float* __restrict sum = w.sum;
-  if (first)
-    for (int i = 0; i < w.n; ++i) sum[i] = (static_cast<float>(dn[i]) - black_dn[i]) * scale;
-  else
-    for (int i = 0; i < w.n; ++i) sum[i] += (static_cast<float>(dn[i]) - black_dn[i]) * scale;
+/// A row of cells: for frame f, rows[2 f] and rows[2 f + 1] are its upper and lower row.
+struct CellWork {
+  int n;  // columns, a multiple of kLanes
+  const std::uint16_t* const* rows;
+  const FrameTerms* terms;
+  int frames;
+  int saturation_dn;
+  std::array<RowWork, 2> out;
+};
+
+[[gnu::always_inline]] inline void load_codes(const std::uint16_t* from, Ints& out) {
+  for (int i = 0; i < kLanes; ++i) out[i] = from[i];
 }
-void add_portable(const std::uint16_t* dn, float scale, bool first, const RowWork& w) {
-  add_codes(dn, scale, first, w);
-}
-WHEATSTONE_AVX2 void add_avx2(const std::uint16_t* dn, float scale, bool first, const RowWork& w) {
-  add_codes(dn, scale, first, w);
+template <class Vector>
+[[gnu::always_inline]] inline void store(const Vector& value, void* to) {
+  std::memcpy(to, &value, sizeof value);
 }
 
-[[gnu::always_inline]] inline void finish(const RowWork& w) {
-  const float *sum = w.sum, *k = w.k;
-  const float per_time = w.per_time, shot_s = w.shot_s, electronic = w.electronic;
-  float* __restrict phi = w.phi;
-  std::uint8_t* __restrict flag = w.flag;
-  for (int i = 0; i < w.n; ++i) phi[i] = sum[i] * per_time;
-  for (int i = 0; i < w.n; ++i) flag[i] = w.flags;
-  if (k == nullptr) return;
-  float* __restrict sigma = w.sigma;
-  for (int i = 0; i < w.n; ++i) {
-    const float light = phi[i] > 0 ? phi[i] : 0;
-    sigma[i] = std::sqrt(k[i] * (light * shot_s + k[i] * electronic)) * per_time;
+/// Adds `value` where `usable` is -1.
+[[gnu::always_inline]] inline void add(const Ints& usable, const Floats& value, Floats& sum) {
+  sum += reinterpret_cast<Floats>(reinterpret_cast<Ints>(value) & usable);
+}
+
+/// Sums over the usable frames that do not differ between the two rows.
+struct Sums {
+  Floats per_time = {}, shot_s = {}, electronic = {};
+};
+
+template <bool kWithSigma>
+[[gnu::always_inline]] inline void finish(const RowWork& row, int x, const Floats& dn,
+                                          const Sums& sums, Ints flags) {
+  const Floats phi = dn * sums.per_time;
+  store(phi, row.phi + x);
+  if constexpr (kWithSigma) {
+    const Floats light = phi > 0 ? phi : Floats{};
+    const Floats variance = row.k * (light * sums.shot_s + row.k * sums.electronic);
+    Floats sigma;
+    for (int i = 0; i < kLanes; ++i) sigma[i] = std::sqrt(variance[i]);
+    sigma *= sums.per_time;
+    store(sigma, row.sigma + x);
+    flags |= (phi < kDetectionLimit * sigma) & kUnderexposed;
   }
-  const std::uint8_t dark = w.flags | kUnderexposed, bright = w.flags;
-  for (int i = 0; i < w.n; ++i) flag[i] = phi[i] < kDetectionLimit * sigma[i] ? dark : bright;
+  // In two steps, for which there are instructions.
+  store(__builtin_convertvector(__builtin_convertvector(flags, Codes), Bytes), row.flags + x);
 }
-void finish_portable(const RowWork& w) {
-  finish(w);
+
+template <bool kWithSigma>
+[[gnu::always_inline]] inline void merge_cells(const CellWork& w) {
+  // Local copies, which the stores cannot change.
+  const RowWork above = w.out[0], below = w.out[1];
+  const std::uint16_t* const* rows = w.rows;
+  const FrameTerms* frame_terms = w.terms;
+  const int n = w.n, frames = w.frames;
+  const Ints saturation_dn = Ints{} + w.saturation_dn;
+  for (int x = 0; x < n; x += kLanes) {
+    Floats upper_dn = {}, lower_dn = {}, time_s = {};
+    Sums sums;
+    Ints saturated = {}, others = {};  // -1 where the shortest frame is, where others are usable
+    for (int f = 0; f < frames; ++f) {
+      Ints upper, lower;
+      load_codes(rows[2 * f] + x, upper);
+      load_codes(rows[2 * f + 1] + x, lower);
+      const Ints higher = upper > lower ? upper : lower;
+      const Ints neighbour = __builtin_shufflevector(higher, higher, 1, 0, 3, 2, 5, 4, 7, 6);
+      Ints usable = (higher > neighbour ? higher : neighbour) < saturation_dn;
+      if (f == 0) {  // always used
+        saturated = ~usable;
+        usable |= -1;
+      } else {
+        others |= usable;
+      }
+      const FrameTerms& terms = frame_terms[f];
+      add(usable, (__builtin_convertvector(upper, Floats) - above.black_dn) * terms.scale,
+          upper_dn);
+      add(usable, (__builtin_convertvector(lower, Floats) - below.black_dn) * terms.scale,
+          lower_dn);
+      add(usable, terms.time_s, time_s);
+      if constexpr (!kWithSigma) continue;
+      add(usable, terms.shot_s, sums.shot_s);
+      add(usable, terms.electronic, sums.electronic);
+    }
+    sums.per_time = 1.0F / time_s;
+    const Ints flags = (saturated & kSaturated) | (~others & kSingleSource);
+    finish<kWithSigma>(above, x, upper_dn, sums, flags);
+    finish<kWithSigma>(below, x, lower_dn, sums, flags);
+  }
 }
-WHEATSTONE_AVX2 void finish_avx2(const RowWork& w) {
-  finish(w);
+
+void merge_portable(const CellWork& w) {
+  w.out[0].sigma != nullptr ? merge_cells<true>(w) : merge_cells<false>(w);
+}
+WHEATSTONE_AVX2 void merge_avx2(const CellWork& w) {
+  w.out[0].sigma != nullptr ? merge_cells<true>(w) : merge_cells<false>(w);
+}
+void merge_columns(const CellWork& w) {
+  (has_avx2 ? merge_avx2 : merge_portable)(w);
 }
 
 }  // namespace
 
 CellMerger::CellMerger(const std::vector<const RawExposure*>& frames, const MergeOptions& options)
-    : options_(options), pattern_(frames[0]->frame.pattern) {
+    : options_(options),
+      pattern_(frames[0]->frame.pattern),
+      frames_(frames),
+      rows_(2 * frames.size()),
+      tail_(rows_.size() * kLanes) {
   const SensorNoise noise = options.noise.value_or(SensorNoise{});
   for (const RawExposure* e : frames) {
     const double t = e->exposure.value(), g = e->gain, area = e->aperture_area;
     const double electronic =
         noise.read_noise_e * noise.read_noise_e + noise.adc_noise * noise.adc_noise / (g * g);
-    frames_.push_back({&e->frame.dn, static_cast<float>(t), static_cast<float>(1 / (g * area)),
-                       static_cast<float>(t / area), static_cast<float>(electronic / area / area),
-                       t, g, area});
+    const auto lanes = [](double value) { return Floats{} + static_cast<float>(value); };
+    terms_.push_back(
+        {lanes(1 / (g * area)), lanes(t), lanes(t / area), lanes(electronic / area / area)});
   }
-  for (int r = 0; r < 2; ++r)
-    for (int c = 0; c < kBlock_px; ++c) {
-      black_dn_[r][c] = static_cast<float>(options.black_dn[2 * r + c % 2]);
-      k_[r][c] = static_cast<float>(noise.dn_per_electron[bayer_colour(pattern_, r, c)]);
-    }
 }
 
 void CellMerger::merge_row_of_cells(int cell_row, MergedMosaic& out) {
-  const cv::Size size = out.flags.size();
-  for (int c = 0; c < size.width; c += kBlock_px)
-    merge(cv::Rect(c, 2 * cell_row, kBlock_px, 2) & cv::Rect({0, 0}, size), out);
-}
-
-CellMerger::Usable CellMerger::usable_in(const Frame& frame, const cv::Rect& cells) const {
-  const std::uint16_t* top = frame.dn->ptr<std::uint16_t>(cells.y) + cells.x;
-  // Odd sizes leave half cells, whose pixels decide alone.
-  const std::uint16_t* bottom = frame.dn->ptr<std::uint16_t>(cells.br().y - 1) + cells.x;
-  const int highest = (has_avx2 ? highest_avx2 : highest_portable)(top, bottom, cells.width);
-  if (highest < options_.saturation_dn) return Usable::kAll;
-  for (int i = 0; i < cells.width; i += 2) {
-    const int last = std::min(i + 1, cells.width - 1);
-    if (std::max({top[i], top[last], bottom[i], bottom[last]}) < options_.saturation_dn)
-      return Usable::kSome;
-  }
-  return Usable::kNone;
-}
-
-void CellMerger::merge(const cv::Rect& cells, MergedMosaic& out) {
-  used_.clear();
-  std::uint8_t flags = 0;
-  for (const Frame& frame : frames_) {
-    const Usable usable = usable_in(frame, cells);
-    if (usable == Usable::kSome) {
-      const int half = (cells.width / 2 + 1) / 2 * 2;  // whole cells
-      merge({cells.x, cells.y, half, cells.height}, out);
-      merge({cells.x + half, cells.y, cells.width - half, cells.height}, out);
-      return;
-    }
-    const bool shortest = &frame == &frames_[0];
-    if (shortest && usable == Usable::kNone) flags |= kSaturated;
-    if (shortest || usable == Usable::kAll) used_.push_back(&frame);
-  }
-  if (used_.size() == 1) flags |= kSingleSource;
-  merge_poisson(cells, flags, out);
-  if (options_.estimator == MergeEstimator::kFullNoise) merge_full_noise(cells, out);
+  // Odd sizes leave half cells, whose pixels decide alone: they stand in for the missing ones.
+  const int top = 2 * cell_row, bottom = std::min(top + 1, out.flags.rows - 1);
+  merge_poisson(top, bottom, out);
+  if (options_.estimator == MergeEstimator::kFullNoise) merge_full_noise(top, bottom, out);
 }
 
 // In float: codes are exact in it, and sums of a few lose no more than 1e-7.
-void CellMerger::merge_poisson(const cv::Rect& cells, std::uint8_t flags, MergedMosaic& out) const {
-  float time_s = 0, shot_s = 0, electronic = 0;
-  for (const Frame* f : used_) {
-    time_s += f->time_s;
-    shot_s += f->shot_s;
-    electronic += f->electronic;
+void CellMerger::merge_poisson(int top, int bottom, MergedMosaic& out) {
+  const int width = out.flags.cols, whole = width / kLanes * kLanes, rest = width - whole;
+  const SensorNoise noise = options_.noise.value_or(SensorNoise{});
+  CellWork work{
+      whole, rows_.data(), terms_.data(), static_cast<int>(frames_.size()), options_.saturation_dn,
+      {}};
+  for (int r = 0; r < 2; ++r) {
+    RowWork& row = work.out[static_cast<std::size_t>(r)];
+    const int y = r == 0 ? top : bottom;
+    for (int c = 0; c < kLanes; ++c) {
+      row.black_dn[c] =
+          static_cast<float>(options_.black_dn[static_cast<std::size_t>(2 * (y & 1) + (c & 1))]);
+      row.k[c] = static_cast<float>(
+          noise.dn_per_electron[static_cast<std::size_t>(bayer_colour(pattern_, y, c))]);
+    }
+    row.phi = out.mosaic.values[y];
+    row.sigma = options_.noise ? out.sigma_dn_s[y] : nullptr;
+    row.flags = out.flags[y];
+    for (std::size_t f = 0; f < frames_.size(); ++f)
+      rows_[2 * f + static_cast<std::size_t>(r)] = frames_[f]->frame.dn[y];
   }
-  Row sum;
-  for (int r = cells.y; r < cells.br().y; ++r) {
-    const auto parity = static_cast<std::size_t>(r & 1);
-    const RowWork work{cells.width,
-                       black_dn_[parity].data(),
-                       options_.noise ? k_[parity].data() : nullptr,
-                       1 / time_s,
-                       shot_s,
-                       electronic,
-                       flags,
-                       sum.data(),
-                       out.mosaic.values.ptr<float>(r) + cells.x,
-                       options_.noise ? out.sigma_dn_s.ptr<float>(r) + cells.x : nullptr,
-                       out.flags.ptr<std::uint8_t>(r) + cells.x};
-    for (const Frame* f : used_)
-      (has_avx2 ? add_avx2 : add_portable)(f->dn->ptr<std::uint16_t>(r) + cells.x, f->scale,
-                                           f == used_[0], work);
-    (has_avx2 ? finish_avx2 : finish_portable)(work);
+  merge_columns(work);
+  if (rest == 0) return;
+
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    std::uint16_t* tail = tail_.data() + i * kLanes;
+    for (int c = 0; c < kLanes; ++c) tail[c] = rows_[i][whole + std::min(c, rest - 1)];
+    rows_[i] = tail;
+  }
+  std::array<std::array<float, kLanes>, 2> phi, sigma;
+  std::array<std::array<std::uint8_t, kLanes>, 2> flags;
+  std::array<RowWork, 2> wanted = work.out;
+  work.n = kLanes;
+  for (std::size_t r = 0; r < 2; ++r) {
+    work.out[r].phi = phi[r].data();
+    if (options_.noise) work.out[r].sigma = sigma[r].data();
+    work.out[r].flags = flags[r].data();
+  }
+  merge_columns(work);
+  for (std::size_t r = 0; r < 2; ++r) {
+    std::copy_n(phi[r].data(), rest, wanted[r].phi + whole);
+    if (options_.noise) std::copy_n(sigma[r].data(), rest, wanted[r].sigma + whole);
+    std::copy_n(flags[r].data(), rest, wanted[r].flags + whole);
   }
 }
 
-void CellMerger::merge_full_noise(const cv::Rect& cells, MergedMosaic& out) const {
+void CellMerger::merge_full_noise(int top, int bottom, MergedMosaic& out) {
   const SensorNoise& noise = *options_.noise;
-  for (int r = cells.y; r < cells.br().y; ++r)
-    for (int c = cells.x; c < cells.br().x; ++c) {
-      const double k =
-          noise.dn_per_electron[static_cast<std::size_t>(bayer_colour(pattern_, r, c))];
-      const double black = options_.black_dn[static_cast<std::size_t>(2 * (r & 1) + (c & 1))];
-      double phi = out.mosaic.values(r, c), sigma = 0;
-      for (int i = 0; i < kFullNoiseIterations; ++i) {
-        double weights = 0, sum = 0;
-        for (const Frame* f : used_) {
-          const double scale_s = f->exposure_s * f->gain * f->area;
-          const double electronic = noise.read_noise_e * noise.read_noise_e * f->gain * f->gain +
-                                    noise.adc_noise * noise.adc_noise;
-          const double variance =
-              std::max(phi * scale_s * f->gain * k + electronic * k * k, kSmallestVariance);
-          weights += scale_s * scale_s / variance;
-          sum += scale_s * ((*f->dn)(r, c) - black) / variance;
-        }
-        phi = sum / weights;
-        sigma = 1 / std::sqrt(weights);
+  const int width = out.flags.cols;
+  std::vector<const RawExposure*> used;
+  const auto merge_pixel = [&](int r, int c) {
+    const double k = noise.dn_per_electron[static_cast<std::size_t>(bayer_colour(pattern_, r, c))];
+    const double black = options_.black_dn[static_cast<std::size_t>(2 * (r & 1) + (c & 1))];
+    double phi = out.mosaic.values(r, c), sigma = 0;
+    for (int i = 0; i < kFullNoiseIterations; ++i) {
+      double weights = 0, sum = 0;
+      for (const RawExposure* f : used) {
+        const double scale_s = f->scale_s();
+        const double electronic = noise.read_noise_e * noise.read_noise_e * f->gain * f->gain +
+                                  noise.adc_noise * noise.adc_noise;
+        const double variance =
+            std::max(phi * scale_s * f->gain * k + electronic * k * k, kSmallestVariance);
+        weights += scale_s * scale_s / variance;
+        sum += scale_s * (f->frame.dn(r, c) - black) / variance;
       }
-      out.mosaic.values(r, c) = static_cast<float>(phi);
-      out.sigma_dn_s(r, c) = static_cast<float>(sigma);
-      std::uint8_t& flags = out.flags(r, c);
-      flags &= static_cast<std::uint8_t>(~kUnderexposed);
-      if (phi < kDetectionLimit * sigma) flags |= kUnderexposed;
+      phi = sum / weights;
+      sigma = 1 / std::sqrt(weights);
     }
+    out.mosaic.values(r, c) = static_cast<float>(phi);
+    out.sigma_dn_s(r, c) = static_cast<float>(sigma);
+    std::uint8_t& flags = out.flags(r, c);
+    flags &= static_cast<std::uint8_t>(~kUnderexposed);
+    if (phi < kDetectionLimit * sigma) flags |= kUnderexposed;
+  };
+  for (int left = 0; left < width; left += 2) {
+    const int right = std::min(left + 1, width - 1);
+    used.clear();
+    for (const RawExposure* f : frames_) {
+      const cv::Mat1w& dn = f->frame.dn;
+      const int highest =
+          std::max({dn(top, left), dn(top, right), dn(bottom, left), dn(bottom, right)});
+      if (used.empty() || highest < options_.saturation_dn) used.push_back(f);
+    }
+    for (int r = top; r <= bottom; ++r)
+      for (int c = left; c <= right; ++c) merge_pixel(r, c);
+  }
 }
 
 }  // namespace wheatstone

@@ -9,8 +9,17 @@
 
 namespace wheatstone {
 
-/// Merges cells with whatever frames are usable there. Most neighbours agree on that, so blocks of
-/// cells are tried first and halved where they do not.
+/// What the sums over frames need to know of one frame, repeated for eight neighbouring pixels:
+/// the upper or lower row of four cells.
+struct FrameTerms {
+  using Lanes = float __attribute__((vector_size(32)));
+  Lanes scale;       // 1 / (g A)
+  Lanes time_s;      // t
+  Lanes shot_s;      // t / A: adds k phi t / A to the variance of the sum
+  Lanes electronic;  // (s_read^2 + s_adc^2 / g^2) / A^2: adds k^2 times it
+};
+
+/// Merges rows of cells: each pixel over the frames in which its whole cell is usable.
 class CellMerger {
  public:
   /// Checked frames, the shortest first; they and the options must outlive the merger.
@@ -20,28 +29,17 @@ class CellMerger {
   void merge_row_of_cells(int cell_row, MergedMosaic& out);
 
  private:
-  struct Frame {
-    const cv::Mat1w* dn;
-    float time_s;
-    float scale;       // 1 / (g A)
-    float shot_s;      // t / A: adds k phi t / A to the variance of the sum
-    float electronic;  // (s_read^2 + s_adc^2 / g^2) / A^2: adds k^2 times it
-    double exposure_s, gain, area;
-  };
-  static constexpr int kBlock_px = 128;
-  using Row = std::array<float, kBlock_px>;
-  enum class Usable { kNone, kSome, kAll };
-
-  Usable usable_in(const Frame&, const cv::Rect& cells) const;
-  void merge(const cv::Rect& cells, MergedMosaic& out);
-  void merge_poisson(const cv::Rect& cells, std::uint8_t flags, MergedMosaic& out) const;
-  void merge_full_noise(const cv::Rect& cells, MergedMosaic& out) const;
+  void merge_poisson(int top, int bottom, MergedMosaic& out);
+  void merge_full_noise(int top, int bottom, MergedMosaic& out);
 
   const MergeOptions& options_;
   BayerPattern pattern_;
-  std::array<Row, 2> black_dn_, k_;  // of even and odd rows, repeated along a block
-  std::vector<Frame> frames_;
-  std::vector<const Frame*> used_;  // in the cells in work
+  std::vector<const RawExposure*> frames_;
+  std::vector<FrameTerms> terms_;
+  // Of one row of cells: where its upper and lower row begin in each frame, and its last columns
+  // of each frame, filled up to a whole vector.
+  std::vector<const std::uint16_t*> rows_;
+  std::vector<std::uint16_t> tail_;
 };
 
 }  // namespace wheatstone

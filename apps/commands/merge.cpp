@@ -38,7 +38,7 @@ void add_merge(CLI::App& app) {
   auto* command = app.add_subcommand(
       "merge", "Merge raw exposures to HDR: a dataset's views in cd/m2, or one stack in DN/s");
   struct Options {
-    std::string dataset, frames, out;
+    std::string dataset, frames, out, shard = "1/1";
     bool no_demosaic = false;
   };
   auto o = std::make_shared<Options>();
@@ -47,18 +47,22 @@ void add_merge(CLI::App& app) {
   auto* out = command->add_option("--out", o->out, "EXR for the merged stack");
   auto* no_demosaic =
       command->add_flag("--no-demosaic", o->no_demosaic, "write the mosaic itself, channel Y");
+  auto* shard =
+      command->add_option("--shard", o->shard, "i/N: only every Nth view, from the ith on")
+          ->needs(dataset);
   dataset->excludes(frames)->excludes(out);
   frames->needs(out);
   out->needs(frames);
-  no_demosaic->needs(frames);
+  no_demosaic->needs(frames)->excludes(shard);
   command->footer(
       "Examples:\n  wheatstone merge out/card\n"
+      "  wheatstone merge out/card --shard 3/16\n"
       "  wheatstone merge --frames frames.json --out merged.exr");
   command->callback([=] {
     if (!o->frames.empty())
       merge_frames(o->frames, !o->no_demosaic, o->out);
     else if (!o->dataset.empty())
-      merge(open_dataset(o->dataset), show_progress);
+      merge(open_dataset(o->dataset), show_progress, shard_from_string(o->shard));
     else
       throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
   });

@@ -6,7 +6,8 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/random.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {
