@@ -10,7 +10,8 @@
 namespace wheatstone {
 namespace {
 
-constexpr int kTile = 16;            // of green pixels
+constexpr int kTiles = 16;           // across and down
+constexpr int kSmallestTile_px = 8;  // of green pixels: small frames have fewer tiles
 constexpr std::size_t kRank = 50;    // brighter than the 50th of the tile in the next frame
 constexpr std::size_t kFewest = 25;  // pixels kept of a tile, or it is left out
 constexpr double kMostUseless = 0.95;
@@ -64,48 +65,63 @@ struct Equations {
   }
 };
 
-/// For each frame but the longest, the pixels of the tile that are valid in it and among the
-/// brightest of the next; of every frame the same number, or none.
-std::vector<std::vector<cv::Point>> pixels_of_tile(const std::vector<GreenFrame>& frames,
-                                                   const cv::Rect& tile) {
-  std::vector<std::vector<cv::Point>> kept(frames.size() - 1);
-  std::size_t fewest = std::numeric_limits<std::size_t>::max();
-  for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
-    const cv::Mat1d& next = frames[i + 1].values_dn;
-    std::vector<double> sorted;
-    for (const double v : cv::Mat1d(next(tile))) sorted.push_back(v);
-    std::nth_element(sorted.begin(), sorted.begin() + (kRank - 1), sorted.end(), std::greater<>());
-    for (int r = tile.y; r < tile.br().y; ++r)
-      for (int c = tile.x; c < tile.br().x; ++c)
-        if (frames[i].valid(r, c) && next(r, c) > sorted[kRank - 1]) kept[i].emplace_back(c, r);
-    fewest = std::min(fewest, kept[i].size());
-  }
-  if (fewest < kFewest) return {};
-  // In the order of the rows: keeping the brightest would prefer upward noise of the next frame.
-  for (std::vector<cv::Point>& pixels : kept) pixels.resize(fewest);
-  return kept;
+/// A pixel of one frame beside the same of a longer one.
+struct Comparison {
+  std::size_t later;
+  double log_ratio, weight;
+};
+
+/// Of a tile and frame i, the pixels that are valid in it and among the brightest valid ones of the
+/// next frame.
+std::vector<cv::Point> pixels_of_tile(const std::vector<GreenFrame>& frames, std::size_t i,
+                                      const cv::Rect& tile) {
+  cv::Mat1d next = frames[i + 1].values_dn(tile).clone();
+  next.setTo(0, frames[i + 1].valid(tile) == 0);
+  std::vector<double> sorted(next.begin(), next.end());
+  std::nth_element(sorted.begin(), sorted.begin() + (kRank - 1), sorted.end(), std::greater<>());
+  std::vector<cv::Point> out;
+  for (int r = 0; r < tile.height; ++r)
+    for (int c = 0; c < tile.width; ++c)
+      if (frames[i].valid(tile.y + r, tile.x + c) && next(r, c) > sorted[kRank - 1])
+        out.emplace_back(tile.x + c, tile.y + r);
+  return out;
 }
 
 Equations equations_of(const std::vector<GreenFrame>& frames, const MergeOptions& options,
                        ExposurePairing pairing, bool weighted) {
+  const auto compare = [&](std::size_t i, const cv::Point& p) {
+    std::size_t later = pairing == ExposurePairing::kPairwise ? i + 1 : frames.size() - 1;
+    while (!frames[later].valid(p)) --later;  // the next one is valid
+    const double a = frames[i].values_dn(p), b = frames[later].values_dn(p);
+    const double variance = relative_variance(a, frames[i].gain, options) +
+                            relative_variance(b, frames[later].gain, options);
+    return Comparison{later, std::log(b / a), weighted ? 1 / variance : 1};
+  };
   const auto n = static_cast<Eigen::Index>(frames.size());
   Equations out{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
   const cv::Size size = frames[0].values_dn.size();
-  for (int y = 0; y + kTile <= size.height; y += kTile)
-    for (int x = 0; x + kTile <= size.width; x += kTile) {
-      const auto kept = pixels_of_tile(frames, {x, y, kTile, kTile});
-      for (std::size_t i = 0; i < kept.size(); ++i)
-        for (const cv::Point p : kept[i]) {
-          std::size_t later = pairing == ExposurePairing::kPairwise ? i + 1 : frames.size() - 1;
-          while (later > i + 1 && !frames[later].valid(p)) --later;
-          if (!frames[later].valid(p)) continue;
-          const double a = frames[i].values_dn(p), b = frames[later].values_dn(p);
-          const double weight = weighted ? 1 / (relative_variance(a, frames[i].gain, options) +
-                                                relative_variance(b, frames[later].gain, options))
-                                         : 1;
-          out.add(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(later), std::log(b / a),
-                  weight);
-        }
+  const cv::Size tile(std::max(size.width / kTiles, kSmallestTile_px),
+                      std::max(size.height / kTiles, kSmallestTile_px));
+  for (int y = 0; y + tile.height <= size.height; y += tile.height)
+    for (int x = 0; x + tile.width <= size.width; x += tile.width) {
+      std::vector<std::vector<Comparison>> kept(frames.size() - 1);
+      std::size_t fewest = std::numeric_limits<std::size_t>::max();
+      for (std::size_t i = 0; i < kept.size(); ++i) {
+        for (const cv::Point& p : pixels_of_tile(frames, i, {{x, y}, tile}))
+          kept[i].push_back(compare(i, p));
+        fewest = std::min(fewest, kept[i].size());
+      }
+      if (fewest < kFewest) continue;
+      // Of every frame as many: the most certain ones, without weights the upper ones.
+      for (std::size_t i = 0; i < kept.size(); ++i) {
+        std::stable_sort(
+            kept[i].begin(), kept[i].end(),
+            [](const Comparison& a, const Comparison& b) { return a.weight > b.weight; });
+        kept[i].resize(fewest);
+        for (const Comparison& c : kept[i])
+          out.add(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c.later), c.log_ratio,
+                  c.weight);
+      }
     }
   return out;
 }
@@ -122,8 +138,8 @@ ExposureTimes estimate_exposure_times(std::span<const RawExposure> stack,
                                       const MergeOptions& options, ExposurePairing pairing,
                                       bool weighted) {
   check_exposures(stack, options);
-  if (stack[0].frame.width() < 2 * kTile || stack[0].frame.height() < 2 * kTile)
-    throw ArgumentError("the frames are smaller than 32 x 32 px", "give larger ones");
+  if (std::min(stack[0].frame.width(), stack[0].frame.height()) < 2 * kSmallestTile_px)
+    throw ArgumentError("the frames are smaller than 16 x 16 px", "give larger ones");
   ExposureTimes out;
   std::vector<GreenFrame> frames;
   for (std::size_t i = 0; i < stack.size(); ++i) {

@@ -21,13 +21,14 @@ struct ExposureTimes {
   int equations = 0;
 };
 
-/// Least squares of log exposure ratios over green pixels of 16x16 tiles that are well exposed in
-/// neighbouring frames. The longest usable frame keeps its nominal time, since only ratios show.
-/// `weighted` weighs each ratio by its variance: photon noise, or with options.noise the whole
-/// model. Frames with more than 95 % of saturated or noisy pixels are not estimated, nor those that
-/// would deviate by more than 200 % from nominal; with fewer than three usable frames none is.
-/// Errors: as merge_exposures(); also ArgumentError for frames smaller than one tile (32 x 32 px).
-/// Source: P. Hanji, F. Zhong, R. K. Mantiuk, "Noise-Aware Merging of High Dynamic Range Image
+/// Least squares of log exposure ratios over green pixels, of each of 16 x 16 tiles the brightest
+/// that are well exposed in neighbouring frames. The longest usable frame keeps its nominal time,
+/// since only ratios show. `weighted` weighs each ratio by its variance: photon noise, or with
+/// options.noise the whole model. Frames with more than 95 % of saturated or noisy pixels are not
+/// estimated, nor those that would deviate by more than 200 % from nominal; with fewer than three
+/// usable frames none is. Errors: as merge_exposures(); also ArgumentError for frames smaller than
+/// one tile (16 x 16 px). Source: P. Hanji, F. Zhong, R. K. Mantiuk, "Noise-Aware Merging of High
+/// Dynamic Range Image
 ///         Stacks without Camera Calibration", ECCV workshops 2020; Hanji and Mantiuk, IEEE TCI
 ///         2023.
 ExposureTimes estimate_exposure_times(std::span<const RawExposure>, const MergeOptions&,

@@ -16,7 +16,8 @@ namespace {
 
 const std::string kVectors = WHEATSTONE_SOURCE_DIR "/tests/vectors/hdr/";
 
-// The reference selects pixels in float, so that ties fall differently: 0.5 % is its tolerance.
+// The reference selects pixels in float, so that ties fall differently. They decide most without
+// weights, where any of the selected pixels may stay.
 TEST(ExposureTimes, ReferenceVectors) {
   std::ifstream file(kVectors + "exposure_estimation.json");
   ASSERT_TRUE(file);
@@ -40,7 +41,8 @@ TEST(ExposureTimes, ReferenceVectors) {
       for (std::size_t i = 0; i < stack.size(); ++i) {
         const double upstream = estimates[i], truth = v["true_exposure_s"][i];
         EXPECT_TRUE(t.estimated[i]);
-        EXPECT_NEAR(t.exposure_s[i], upstream, 0.005 * upstream) << v["name"] << name << i;
+        EXPECT_NEAR(t.exposure_s[i], upstream, (weighted ? 1e-4 : 2e-3) * upstream)
+            << v["name"] << name << i;
         const double allowed = weighted && pairing == ExposurePairing::kMst ? 0.003 : 0.02;
         EXPECT_NEAR(t.exposure_s[i], truth, allowed * truth) << v["name"] << name << i;
       }
@@ -109,7 +111,7 @@ TEST(ExposureTimes, WhatCannotBeEstimatedKeepsItsTimeAndSaysSo) {
 
 TEST(ExposureTimes, BadInputIsRefused) {
   const std::vector<double> s = {0.1, 0.2, 0.4};
-  EXPECT_THROW(estimate_exposure_times(scene(s, s, 30), camera(), ExposurePairing::kMst, true),
+  EXPECT_THROW(estimate_exposure_times(scene(s, s, 14), camera(), ExposurePairing::kMst, true),
                ArgumentError);
   EXPECT_THROW(estimate_exposure_times({}, camera(), ExposurePairing::kMst, true), ArgumentError);
   EXPECT_THROW(
