@@ -55,7 +55,7 @@ void add_merge(CLI::App& app) {
   out->needs(frames);
   no_demosaic->needs(frames)->excludes(shard);
   command->footer(
-      "Examples:\n  wheatstone merge out/card\n"
+      "Example:\n  wheatstone merge out/card\n"
       "  wheatstone merge out/card --shard 3/16\n"
       "  wheatstone merge --frames frames.json --out merged.exr");
   command->callback([=] {
