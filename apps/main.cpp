@@ -13,8 +13,9 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  wheatstone demo --out out/demo");
   try {
     using namespace wheatstone::apps;
-    for (const auto add : {add_demo, add_capture, add_merge, add_calibrate, add_import, add_render,
-                           add_present, add_metric, add_quality, add_doctor})
+    for (const auto add :
+         {add_demo, add_capture, add_merge, add_demosaic, add_estimate_exposures, add_measure_noise,
+          add_calibrate, add_import, add_render, add_present, add_metric, add_quality, add_doctor})
       add(app);
     app.parse(argc, argv);
     return 0;

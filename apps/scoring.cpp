@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -197,27 +196,13 @@ std::vector<Pair> pairs_in(const fs::path& test, const fs::path& reference) {
   return out;
 }
 
-Shard shard_from_string(const std::string& text) {
-  Shard out;
-  const auto number = [&](std::size_t begin, std::size_t end, int& value) {
-    const auto [parsed_to, error] = std::from_chars(text.data() + begin, text.data() + end, value);
-    return error == std::errc() && parsed_to == text.data() + end;
-  };
-  const auto slash = text.find('/');
-  if (slash == std::string::npos || !number(0, slash, out.index) ||
-      !number(slash + 1, text.size(), out.count) || out.index < 1 || out.count < out.index)
-    throw ArgumentError("'" + text + "' is no shard", "write i/N with 1 <= i <= N, such as 2/8");
-  return out;
-}
-
 std::vector<NamedScore> score_folder(const std::vector<Pair>& pairs, const ScoreOptions& options,
                                      Shard shard, const std::optional<fs::path>& results,
                                      const std::function<void(int, int)>& progress) {
   const json settings = options.settings();
   std::vector<const Pair*> mine;
   for (std::size_t k = 0; k < pairs.size(); ++k)
-    if (static_cast<int>(k % static_cast<std::size_t>(shard.count)) == shard.index - 1)
-      mine.push_back(&pairs[k]);
+    if (shard.holds(k)) mine.push_back(&pairs[k]);
   if (results) make_folder(*results);
   std::vector<NamedScore> out;
   for (const Pair* pair : mine) {

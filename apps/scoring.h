@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/light_input.h"
+#include "apps/shard.h"
 
 namespace wheatstone::apps {
 
@@ -49,12 +50,6 @@ struct Pair {
 /// Errors: FileError naming a picture without partner, or two of one name; no picture at all.
 std::vector<Pair> pairs_in(const std::filesystem::path& test,
                            const std::filesystem::path& reference);
-
-/// Items k of a list with k % count == index - 1.
-struct Shard {
-  int index = 1, count = 1;
-};
-Shard shard_from_string(const std::string&);  // "2/8"; throws ArgumentError
 
 struct NamedScore {
   std::string name;

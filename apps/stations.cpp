@@ -5,10 +5,9 @@
 
 #include "calib/eye_solver.h"
 #include "calib/markers.h"
-#include "capture/demosaic.h"
 #include "capture/import/poses_json.h"
 #include "capture/merge.h"
-#include "capture/radiance.h"
+#include "capture/merged_exr.h"
 #include "capture/rectify.h"
 #include "core/error.h"
 #include "core/exr.h"
@@ -18,21 +17,35 @@
 
 namespace wheatstone::apps {
 
-void merge(const Dataset& dataset, const Progress& progress) {
+namespace {
+
+MergedMosaic merge_view(const Dataset& dataset, const CapturedView& view,
+                        const CameraProfile& camera) {
+  std::vector<RawExposure> stack;
+  for (const ExposureRecord& e : view.exposures)
+    stack.push_back(
+        {read_mosaic_png(dataset.file(e.file), camera.pattern), Duration::of(e.exposure_s), 1});
+  try {
+    return merge_exposures(stack, merge_options(camera));
+  } catch (const ArgumentError& e) {
+    throw FileError(dataset.file("frames.json"), "view " + view.name + ": " + e.what(), "");
+  }
+}
+
+}  // namespace
+
+void merge(const Dataset& dataset, const Progress& progress, Shard shard) {
   const CameraProfile camera = dataset.read_camera();
-  const std::vector<CapturedView> views = dataset.read_frames();
+  const std::vector<CapturedView> all = dataset.read_frames();
+  std::vector<const CapturedView*> mine;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (shard.holds(k)) mine.push_back(&all[k]);
   make_folder(dataset.file("hdr"));
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::filesystem::path out = dataset.file("hdr/" + views[i].name + ".exr");
-    if (!std::filesystem::exists(out)) {
-      std::vector<RawExposure> stack;
-      for (const ExposureRecord& e : views[i].exposures)
-        stack.push_back(
-            {read_mosaic_png(dataset.file(e.file), camera.pattern), Duration::of(e.exposure_s), 1});
-      const MergedMosaic merged = merge_exposures(stack, camera);
-      write_exr(out, to_radiance(demosaic_bilinear(merged.mosaic), camera), ExrPrecision::kHalf);
-    }
-    progress("merge", static_cast<int>(i) + 1, static_cast<int>(views.size()));
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    const std::filesystem::path out = dataset.file("hdr/" + mine[i]->name + ".exr");
+    if (!std::filesystem::exists(out))
+      write_merged_light_exr(out, merge_view(dataset, *mine[i], camera), camera);
+    progress("merge", static_cast<int>(i) + 1, static_cast<int>(mine.size()));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/shard.h"
 #include "calib/pose_solver.h"
 #include "capture/import/imported_view.h"
 #include "core/dataset.h"
@@ -15,8 +16,9 @@ namespace wheatstone::apps {
 
 using Progress = std::function<void(const std::string& what, int done, int total)>;
 
-/// raw/*.png to hdr/<view>.exr, cd/m^2. Views that are already there are kept.
-void merge(const Dataset&, const Progress&);
+/// raw/*.png to hdr/<view>.exr, cd/m^2: the shard's views, of which those that are already there
+/// are kept. Errors: FileError naming the view's frames.
+void merge(const Dataset&, const Progress&, Shard = {});
 
 /// Marker frames to poses.json, then all views cropped to the common box: views/*.exr, views.json.
 PoseSolution calibrate_poses(const Dataset&, const Progress&);

@@ -81,7 +81,7 @@ class Probe {
 
   LightRange measure() const {
     const CameraProfile& camera = rig_.camera_profile;
-    const cv::Mat1f merged = merge_exposures(stack_, camera).mosaic.values;
+    const cv::Mat1f merged = merge_exposures(stack_, merge_options(camera)).mosaic.values;
     LightRange range;
     cv::minMaxLoc(merged, nullptr, &range.brightest_dn_s);
     std::vector<float> electrons_s;

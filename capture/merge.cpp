@@ -5,104 +5,123 @@
 #include <string>
 #include <vector>
 
+#include "capture/merge_cells.h"
 #include "core/error.h"
 
 namespace wheatstone {
 namespace {
 
-void check(std::span<const RawExposure> stack, const CameraProfile& camera) {
+constexpr const char* kEstimatorNames[] = {"poisson", "full"};
+
+std::string size_text(const MosaicImage& m) {
+  return std::to_string(m.width()) + " x " + std::to_string(m.height()) + " px";
+}
+
+void require_positive(double value, const std::string& name, const std::string& quantity,
+                      const std::string& remedy) {
+  if (value > 0 && std::isfinite(value)) return;
+  std::ostringstream problem;
+  problem << name << " has " << quantity << " of " << value;
+  throw ArgumentError(problem.str(), remedy);
+}
+
+void check(std::span<const RawExposure> stack) {
   if (stack.empty()) throw ArgumentError("no exposures to merge", "capture at least one frame");
-  if (!(camera.white_dn > camera.black_dn))
-    throw ArgumentError("the camera profile's white level is not above its black level",
-                        "check black_dn and white_dn");
   for (std::size_t i = 0; i < stack.size(); ++i) {
     const std::string name = "exposure " + std::to_string(i);
     const RawExposure& e = stack[i];
     if (e.frame.dn.empty()) throw ArgumentError(name + " has no pixels", "capture it again");
     if (e.frame.dn.size() != stack[0].frame.dn.size())
-      throw ArgumentError(name + " is " + std::to_string(e.frame.width()) + " x " +
-                              std::to_string(e.frame.height()) + " px but exposure 0 is " +
-                              std::to_string(stack[0].frame.width()) + " x " +
-                              std::to_string(stack[0].frame.height()) + " px",
-                          "merge frames of one camera and one crop only");
+      throw ArgumentError(
+          name + " is " + size_text(e.frame) + " but exposure 0 is " + size_text(stack[0].frame),
+          "merge frames of one camera and one crop only");
     if (e.frame.pattern != stack[0].frame.pattern)
       throw ArgumentError(name + " has the colour pattern " + to_string(e.frame.pattern) +
                               " but exposure 0 has " + to_string(stack[0].frame.pattern),
                           "merge frames of one camera and one crop only");
-    if (!(e.exposure.value() > 0) || !std::isfinite(e.exposure.value()))
-      throw ArgumentError(
-          name + " has an exposure time of " + std::to_string(e.exposure.value()) + " s",
-          "give its time in seconds, above 0");
-    if (!(e.gain > 0) || !std::isfinite(e.gain))
-      throw ArgumentError(name + " has a gain of " + std::to_string(e.gain),
-                          "give ISO / 100, above 0");
+    require_positive(e.exposure.value(), name, "an exposure time in s",
+                     "give its time in seconds, above 0");
+    require_positive(e.gain, name, "a gain", "give ISO / 100, above 0");
+    require_positive(e.aperture_area, name, "an aperture area",
+                     "give it relative to the other frames, above 0");
     for (std::size_t j = 0; j < i; ++j)
-      if (stack[j].exposure == e.exposure && stack[j].gain == e.gain)
+      if (stack[j].scale_s() == e.scale_s() && stack[j].gain == e.gain)
         throw ArgumentError(name + " has the same time and gain as exposure " + std::to_string(j),
                             "leave one of them out, or check the times");
   }
 }
 
+void check(const MergeOptions& options) {
+  for (const double black : options.black_dn)
+    if (!(black < options.saturation_dn) || !std::isfinite(black))
+      throw ArgumentError("the saturated code is not above the black level",
+                          "check the black level and the white level");
+  if (options.estimator == MergeEstimator::kFullNoise && !options.noise)
+    throw ArgumentError("the full-noise estimator needs the noise parameters of the camera",
+                        "give them, or use the estimator \"poisson\"");
+  if (!options.noise) return;
+  const SensorNoise& n = *options.noise;
+  const auto bad = [](double v) { return !(v >= 0) || !std::isfinite(v); };
+  if (bad(n.read_noise_e) || bad(n.adc_noise) ||
+      std::any_of(n.dn_per_electron.begin(), n.dn_per_electron.end(),
+                  [&](double k) { return bad(k) || k == 0; }))
+    throw ArgumentError("the noise parameters of the camera are impossible",
+                        "give three DN per electron above 0 and two deviations of at least 0");
+}
+
 }  // namespace
 
-MergedMosaic merge_exposures(std::span<const RawExposure> stack, const CameraProfile& camera) {
-  check(stack, camera);
-  std::size_t shortest = 0;
-  for (std::size_t i = 1; i < stack.size(); ++i)
-    if (stack[i].exposure.value() * stack[i].gain <
-        stack[shortest].exposure.value() * stack[shortest].gain)
-      shortest = i;
+void check_exposures(std::span<const RawExposure> stack, const MergeOptions& options) {
+  check(stack);
+  check(options);
+}
 
-  const cv::Size size = stack[0].frame.dn.size();
-  const BayerPattern pattern = stack[0].frame.pattern;
-  MergedMosaic out;
-  out.mosaic = {cv::Mat1f(size), pattern};
-  out.sigma_dn_s.create(size);
-  out.saturated = cv::Mat1b::zeros(size);
-  const double electronics = camera.adc_noise * camera.adc_noise;
-  const double read = camera.read_noise_e * camera.read_noise_e;
+std::string to_string(MergeEstimator e) {
+  return kEstimatorNames[static_cast<int>(e)];
+}
 
-  cv::parallel_for_(cv::Range(0, (size.height + 1) / 2), [&](const cv::Range& range) {
-    std::vector<std::size_t> used;
-    for (int cell_row = range.start; cell_row < range.end; ++cell_row)
-      for (int c0 = 0; c0 < size.width; c0 += 2) {
-        // Odd sizes leave half cells at the right and bottom; their pixels decide alone.
-        const cv::Rect cell = cv::Rect(c0, 2 * cell_row, 2, 2) & cv::Rect({0, 0}, size);
-        const auto unsaturated = [&](std::size_t i) {
-          for (int r = cell.y; r < cell.br().y; ++r)
-            for (int c = cell.x; c < cell.br().x; ++c)
-              if (stack[i].frame.dn(r, c) >= camera.white_dn) return false;
-          return true;
-        };
-        used.clear();
-        double time_s = 0;
-        for (std::size_t i = 0; i < stack.size(); ++i) {
-          const bool good = unsaturated(i);
-          if (i == shortest && !good) out.saturated(cell) = 255;
-          if (!good && i != shortest) continue;
-          used.push_back(i);
-          time_s += stack[i].exposure.value();
-        }
-        for (int r = cell.y; r < cell.br().y; ++r)
-          for (int c = cell.x; c < cell.br().x; ++c) {
-            double sum = 0;
-            for (const std::size_t i : used)
-              sum += (double(stack[i].frame.dn(r, c)) - camera.black_dn) / stack[i].gain;
-            const double phi = sum / time_s;
-            const auto colour = static_cast<std::size_t>(bayer_colour(pattern, r, c));
-            const double k = camera.dn_per_electron[colour];
-            double variance = 0;
-            for (const std::size_t i : used) {
-              const double g = stack[i].gain;
-              const double x = std::max(phi, 0.0) * stack[i].exposure.value() * g;
-              variance += (x * g * k + (read * g * g + electronics) * k * k) / (g * g);
-            }
-            out.mosaic.values(r, c) = static_cast<float>(phi);
-            out.sigma_dn_s(r, c) = static_cast<float>(std::sqrt(variance) / time_s);
-          }
-      }
-  });
+MergeEstimator merge_estimator_from_string(const std::string& text) {
+  for (int i = 0; i < 2; ++i)
+    if (text == kEstimatorNames[i]) return static_cast<MergeEstimator>(i);
+  throw ArgumentError("'" + text + "' is no estimator", "use poisson or full");
+}
+
+MergeOptions merge_options(const CameraProfile& camera) {
+  MergeOptions out;
+  out.black_dn.fill(camera.black_dn);
+  out.saturation_dn = camera.white_dn;
+  out.noise = camera.noise();
   return out;
+}
+
+MergedMosaic merge_exposures(std::span<const RawExposure> stack, const MergeOptions& options) {
+  MergedMosaic out;
+  merge_exposures(stack, options, out);
+  return out;
+}
+
+void merge_exposures(std::span<const RawExposure> stack, const MergeOptions& options,
+                     MergedMosaic& out) {
+  check_exposures(stack, options);
+  // The shortest first: it is the one that is always used. Of equal products, the shorter time.
+  std::vector<const RawExposure*> order;
+  for (const RawExposure& e : stack) order.push_back(&e);
+  std::sort(order.begin(), order.end(), [](const RawExposure* a, const RawExposure* b) {
+    return std::pair(a->scale_s(), a->exposure) < std::pair(b->scale_s(), b->exposure);
+  });
+  const cv::Size size = stack[0].frame.dn.size();
+  out.mosaic.values.create(size);
+  out.mosaic.pattern = stack[0].frame.pattern;
+  if (options.noise)
+    out.sigma_dn_s.create(size);
+  else
+    out.sigma_dn_s.release();
+  out.flags.create(size);
+  const auto merge_rows = [&](const cv::Range& cell_rows) {
+    CellMerger merger(order, options);
+    for (int i = cell_rows.start; i < cell_rows.end; ++i) merger.merge_row_of_cells(i, out);
+  };
+  cv::parallel_for_(cv::Range(0, (size.height + 1) / 2), merge_rows, 8.0 * cv::getNumThreads());
 }
 
 }  // namespace wheatstone

@@ -1,7 +1,6 @@
 #include "capture/radiance.h"
 
 #include <Eigen/LU>
-#include <algorithm>
 
 #include "core/error.h"
 
@@ -17,12 +16,8 @@ RgbImage to_radiance(const cv::Mat3f& camera_rgb_dn_s, const CameraProfile& came
                         "calibrate camera_from_bt709");
   const cv::Matx33f M = to_cv(lu.inverse() / camera.dn_per_cd_m2_s);
   RgbImage out(camera_rgb_dn_s.cols, camera_rgb_dn_s.rows);
-  for (int r = 0; r < out.height(); ++r)
-    for (int c = 0; c < out.width(); ++c) {
-      cv::Vec3f rgb = M * camera_rgb_dn_s(r, c);
-      for (int i = 0; i < 3; ++i) rgb[i] = std::max(rgb[i], 0.0f);
-      out.pixels(r, c) = rgb;
-    }
+  cv::transform(camera_rgb_dn_s, out.pixels, M);
+  cv::max(out.pixels, 0, out.pixels);
   return out;
 }
 

@@ -19,6 +19,14 @@ if(WHEATSTONE_BENCH)
   find_package(benchmark REQUIRED)
 endif()
 
+# The thread-safe LibRaw. Its pkg-config file would add OpenMP to every link.
+find_path(LIBRAW_INCLUDE_DIR libraw/libraw.h REQUIRED)
+find_library(LIBRAW_LIBRARY raw_r REQUIRED)
+add_library(third_party::libraw UNKNOWN IMPORTED)
+set_target_properties(third_party::libraw PROPERTIES
+  IMPORTED_LOCATION "${LIBRAW_LIBRARY}"
+  INTERFACE_INCLUDE_DIRECTORIES "${LIBRAW_INCLUDE_DIR}")
+
 # Debian's single OpenCV modules come without OpenCV's CMake package (only libopencv-dev, which
 # pulls in all of it, has one), so each module used is declared here.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

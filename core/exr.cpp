@@ -6,14 +6,17 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStdIO.h>
-#include <half.h>
+#include <OpenEXR/ImfThreading.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <mutex>
+#include <set>
 #include <system_error>
+#include <thread>
 
 #include "core/error.h"
 #include "core/exr_file.h"
@@ -23,6 +26,7 @@ namespace wheatstone {
 namespace {
 
 constexpr float kMaxHalf = 65504.0F;
+constexpr int kBandRows = 256;  // whole chunks of any compression, some for every core
 
 bool is_light(const Imf::Channel* channel) {
   return channel != nullptr && (channel->type == Imf::HALF || channel->type == Imf::FLOAT);
@@ -45,12 +49,48 @@ ExrMetadata metadata_of(const Imf::Header& header) {
   return out;
 }
 
-void require_writable_size(const cv::Mat& pixels) {
-  if (pixels.empty()) throw ArgumentError("an empty image cannot be written", "");
-  if (pixels.cols > detail::kMaxExrSide_px || pixels.rows > detail::kMaxExrSide_px ||
-      static_cast<double>(pixels.total()) > detail::kMaxExrPixels)
+void require_writable(const ExrPicture& picture) {
+  const cv::Size size = picture.size;
+  if (size.empty()) throw ArgumentError("an empty image cannot be written", "");
+  if (size.width > detail::kMaxExrSide_px || size.height > detail::kMaxExrSide_px ||
+      static_cast<double>(size.width) * size.height > detail::kMaxExrPixels)
     throw ArgumentError("the image is larger than 16384 x 16384 or 200 Mpixel",
                         "write it in pieces");
+  std::set<std::string> names;
+  for (const ExrChannel& channel : picture.channels) {
+    if (channel.name.empty()) throw ArgumentError("an EXR channel needs a name", "");
+    if (!names.insert(channel.name).second)
+      throw ArgumentError("EXR channel '" + channel.name + "' is given twice", "");
+  }
+  if (names.empty()) throw ArgumentError("an EXR file needs a channel", "");
+}
+
+Imf::Header header_of(const ExrPicture& picture) {
+  Imf::Header header(picture.size.width, picture.size.height);
+  header.compression() =
+      picture.compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  if (picture.is_light) {
+    Imf::addChromaticities(header, Imf::Chromaticities());  // the default is BT.709
+    Imf::addWhiteLuminance(header, 1.0F);
+  }
+  for (const ExrChannel& channel : picture.channels)
+    header.channels().insert(
+        channel.name,
+        Imf::Channel(channel.precision == ExrPrecision::kHalf ? Imf::HALF : Imf::FLOAT));
+  return header;
+}
+
+cv::Mat as_half(const std::filesystem::path& path, const ExrChannel& channel,
+                const cv::Mat1f& values) {
+  double lowest = 0, highest = 0;
+  cv::minMaxLoc(values, &lowest, &highest);
+  if (const double largest = std::max(highest, -lowest); largest > kMaxHalf)
+    throw ArgumentError(path.string() + ": a sample of " + std::to_string(largest) +
+                            " in channel " + channel.name + " does not fit half precision (65504)",
+                        "write float precision");
+  cv::Mat halves;
+  values.convertTo(halves, CV_16F);
+  return halves;
 }
 
 /// Opens the temporary itself, so that a full disk shows when the stream is closed: OpenEXR
@@ -64,11 +104,13 @@ void write_file(const std::filesystem::path& path, const Imf::Header& header,
       if (!stream) throw std::system_error(errno, std::generic_category());
       {
         Imf::StdOFStream exr_stream(stream, temporary.c_str());
-        Imf::OutputFile file(exr_stream, header, 0);
+        Imf::OutputFile file(exr_stream, header, Imf::globalThreadCount());
         write_pixels(file);
       }
       stream.close();
       if (!stream) throw std::system_error(errno, std::generic_category());
+    } catch (const Error&) {
+      throw;
     } catch (const std::exception& e) {
       throw FileError(path, std::string("cannot be written: ") + e.what(),
                       "check the folder, its permissions and the free space");
@@ -103,67 +145,53 @@ RgbImage read_exr(const std::filesystem::path& path, ExrMetadata* metadata) {
   });
 }
 
+void write_exr_rows(const std::filesystem::path& path, const ExrPicture& picture,
+                    const FillExrRows& fill) {
+  require_writable(picture);
+  static std::once_flag threads_started;
+  std::call_once(threads_started, [] {
+    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  });
+  const cv::Size size = picture.size;
+  write_file(path, header_of(picture), [&](Imf::OutputFile& file) {
+    std::vector<cv::Mat1f> floats(picture.channels.size());
+    for (int first = 0; first < size.height; first += kBandRows) {
+      const cv::Range rows(first, std::min(first + kBandRows, size.height));
+      for (cv::Mat1f& band : floats) band.create(rows.size(), size.width);
+      fill(rows, floats);
+      Imf::FrameBuffer buffer;
+      std::vector<cv::Mat> stored;  // alive until the band is written
+      for (std::size_t i = 0; i < floats.size(); ++i) {
+        const ExrChannel& channel = picture.channels[i];
+        const bool half_precision = channel.precision == ExrPrecision::kHalf;
+        stored.push_back(half_precision ? as_half(path, channel, floats[i]) : cv::Mat(floats[i]));
+        const cv::Mat& band = stored.back();
+        buffer.insert(channel.name, Imf::Slice::Make(half_precision ? Imf::HALF : Imf::FLOAT,
+                                                     band.data, Imath::V2i(0, first), size.width,
+                                                     rows.size(), band.elemSize(), band.step[0]));
+      }
+      file.setFrameBuffer(buffer);
+      file.writePixels(rows.size());
+    }
+  });
+}
+
 void write_exr(const std::filesystem::path& path, const RgbImage& light_cd_m2,
                ExrPrecision precision) {
   const cv::Mat3f& pixels = light_cd_m2.pixels;
-  require_writable_size(pixels);
   require_valid_radiance(light_cd_m2, path.string());
-  const bool as_half = precision == ExrPrecision::kHalf;
-  if (as_half) {
-    double largest = 0;
-    cv::minMaxLoc(pixels.reshape(1), nullptr, &largest);
-    if (largest > kMaxHalf)
-      throw ArgumentError(path.string() + ": a sample of " + std::to_string(largest) +
-                              " cd/m^2 does not fit half precision (65504)",
-                          "write float precision");
-  }
-  Imf::Header header(pixels.cols, pixels.rows);
-  header.compression() = Imf::ZIP_COMPRESSION;
-  Imf::addChromaticities(header, Imf::Chromaticities());  // the default is BT.709
-  Imf::addWhiteLuminance(header, 1.0F);
-  const Imf::PixelType type = as_half ? Imf::HALF : Imf::FLOAT;
-  for (const char* name : {"R", "G", "B"}) header.channels().insert(name, Imf::Channel(type));
-
-  write_file(path, header, [&](Imf::OutputFile& file) {
-    // One row at a time through a row buffer: a row stride of 0 makes every row the same memory.
-    const auto width = static_cast<std::size_t>(pixels.cols);
-    std::vector<half> halves(as_half ? 3 * width : 0);
-    std::vector<float> floats(as_half ? 0 : 3 * width);
-    char* base =
-        as_half ? reinterpret_cast<char*>(halves.data()) : reinterpret_cast<char*>(floats.data());
-    const std::size_t sample_bytes = as_half ? sizeof(half) : sizeof(float);
-    Imf::FrameBuffer buffer;
-    std::size_t offset = 0;
-    for (const char* name : {"R", "G", "B"}) {
-      buffer.insert(name, Imf::Slice(type, base + offset, 3 * sample_bytes, 0));
-      offset += sample_bytes;
-    }
-    file.setFrameBuffer(buffer);
-    for (int r = 0; r < pixels.rows; ++r) {
-      const float* row = pixels[r][0].val;
-      if (as_half)
-        std::copy(row, row + 3 * width, halves.begin());
-      else
-        std::copy(row, row + 3 * width, floats.begin());
-      file.writePixels(1);
-    }
+  const ExrPicture picture{
+      pixels.size(), {{"R", precision}, {"G", precision}, {"B", precision}}, true};
+  write_exr_rows(path, picture, [&](cv::Range rows, std::span<cv::Mat1f> bands) {
+    cv::split(pixels.rowRange(rows), bands.data());
   });
 }
 
 void write_exr(const std::filesystem::path& path, const ScalarImage& image,
                const std::string& channel) {
-  require_writable_size(image.pixels);
-  if (channel.empty()) throw ArgumentError("an EXR channel needs a name", "");
-  Imf::Header header(image.width(), image.height());
-  header.compression() = Imf::ZIP_COMPRESSION;
-  if (channel == "Y") Imf::addWhiteLuminance(header, 1.0F);
-  header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
-  write_file(path, header, [&](Imf::OutputFile& file) {
-    Imf::FrameBuffer buffer;
-    buffer.insert(channel, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(image.pixels.data),
-                                      sizeof(float), image.pixels.step[0]));
-    file.setFrameBuffer(buffer);
-    file.writePixels(image.height());
+  const ExrPicture picture{image.pixels.size(), {{channel}}, channel == "Y"};
+  write_exr_rows(path, picture, [&](cv::Range rows, std::span<cv::Mat1f> bands) {
+    image.pixels.rowRange(rows).copyTo(bands[0]);
   });
 }
 

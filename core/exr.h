@@ -3,7 +3,9 @@
 // length before memory is taken, and every library failure comes back as FileError.
 
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,15 +27,40 @@ struct ExrMetadata {
 /// named). Samples outside the data window are 0. Subsampled channels are refused.
 RgbImage read_exr(const std::filesystem::path&, ExrMetadata* = nullptr);
 
+/// How the samples of a channel are stored.
+enum class ExrPrecision { kHalf, kFloat };
+
 /// Writes R, G, B as half (default) or float, ZIP compressed, with BT.709 chromaticities and
 /// whiteLuminance 1. Half loses at most 0.05 % and saturates at 65504: larger values are refused.
 /// Errors: FileError (path, permission, space); ArgumentError for invalid radiance.
-enum class ExrPrecision { kHalf, kFloat };
 void write_exr(const std::filesystem::path&, const RgbImage& light_cd_m2,
                ExrPrecision = ExrPrecision::kFloat);
 
 /// One scalar channel named `channel` ("Y", "Z", ...), float.
 void write_exr(const std::filesystem::path&, const ScalarImage&, const std::string& channel);
+
+/// A flat picture of named channels, for write_exr_rows.
+struct ExrChannel {
+  std::string name;  // "R", "Y", "sigma.Y", ... a name before the dot is a layer
+  ExrPrecision precision = ExrPrecision::kFloat;
+};
+enum class ExrCompression { kZip, kPiz };
+struct ExrPicture {
+  cv::Size size;
+  std::vector<ExrChannel> channels;
+  bool is_light =
+      false;  // R, G, B (or Y) are cd/m^2: the file then says BT.709 and whiteLuminance 1
+  ExrCompression compression = ExrCompression::kZip;
+};
+
+/// Writes the picture band by band, so that it never stands in memory as a whole: fill(rows, bands)
+/// is called in order of the rows and fills bands[i](r - rows.start, c) of every channel. Bands are
+/// compressed on all cores; the bytes do not depend on their number. The values are not judged:
+/// camera colours and their deviations may be negative, which light must not be.
+/// Errors: FileError (path, permission, space); ArgumentError for an empty picture, a channel
+/// without a name or named twice, and samples that do not fit half precision (65504).
+using FillExrRows = std::function<void(cv::Range rows, std::span<cv::Mat1f> bands)>;
+void write_exr_rows(const std::filesystem::path&, const ExrPicture&, const FillExrRows& fill);
 
 /// The channels of one view of a flat (not deep) file, single or multi part, single or multi view.
 struct ExrView {

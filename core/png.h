@@ -10,7 +10,7 @@ namespace wheatstone {
 
 /// 16-bit grey PNG. Errors: FileError.
 void write_mosaic_png(const std::filesystem::path&, const MosaicImage&);
-/// Throws FileError unless the file is a 16-bit single-channel image.
+/// A 16-bit single-channel PNG, TIFF or PGM. Throws FileError for anything else.
 MosaicImage read_mosaic_png(const std::filesystem::path&, BayerPattern);
 
 /// 8-bit PNG, one channel or R, G, B.

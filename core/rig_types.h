@@ -13,6 +13,15 @@
 
 namespace wheatstone {
 
+/// Noise of a sensor: electrons N ~ Poisson become Y = (N + n_read) g k + n_adc k DN at gain g =
+/// ISO / 100, so that Var(Y) = x g k + (read_noise_e^2 g^2 + adc_noise^2) k^2 for x = E[Y], black
+/// level subtracted (reference hdr_merge.md, sec. 1).
+struct SensorNoise {
+  std::array<double, 3> dn_per_electron = {1, 1, 1};  // k, of R, G, B at gain 1
+  double read_noise_e = 0;                            // s_read [e-], before the amplifier
+  double adc_noise = 0;                               // s_adc [in units of k DN], after it
+};
+
 /// Capture camera: geometry and radiometry. A photosite of colour c under light with camera-space
 /// colour e_c = (camera_from_bt709 * rgb)_c in cd/m^2, exposed for t seconds at ISO 100, reads
 ///   DN = black_dn + dn_per_cd_m2_s * e_c * t   up to white_dn   (reference hdr_merge.md, sec. 1).
@@ -26,6 +35,8 @@ struct CameraProfile {
   Eigen::Matrix3d camera_from_bt709 = Eigen::Matrix3d::Identity();
   std::array<double, 3> dn_per_electron = {1, 1, 1};  // k of the noise model, per colour
   double read_noise_e = 0, adc_noise = 0;             // s_read [e-], s_adc
+
+  SensorNoise noise() const { return {dn_per_electron, read_noise_e, adc_noise}; }
 };
 
 enum class Eye { kLeft, kRight };

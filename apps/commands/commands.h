@@ -9,6 +9,9 @@ namespace wheatstone::apps {
 void add_demo(CLI::App&);
 void add_capture(CLI::App&);
 void add_merge(CLI::App&);
+void add_demosaic(CLI::App&);
+void add_estimate_exposures(CLI::App&);
+void add_measure_noise(CLI::App&);
 void add_calibrate(CLI::App&);
 void add_import(CLI::App&);
 void add_render(CLI::App&);

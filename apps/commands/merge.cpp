@@ -1,3 +1,5 @@
+#include "capture/merge.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -6,16 +8,64 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
 #include "apps/stations.h"
+#include "capture/exposure_stack.h"
+#include "capture/merged_exr.h"
 #include "core/error.h"
 
 namespace wheatstone::apps {
+namespace {
+
+void merge_frames(const std::string& frames_json, bool demosaic, const std::string& out) {
+  const ExposureStack stack = read_exposure_stack(frames_json);
+  MergedMosaic merged;
+  try {
+    merged = merge_exposures(stack.exposures, stack.merging);
+  } catch (const ArgumentError& e) {
+    throw FileError(frames_json, e.what(), "");
+  }
+  if (demosaic)
+    write_merged_camera_exr(out, merged);
+  else
+    write_merged_mosaic_exr(out, merged);
+  if (!stack.merging.noise)
+    fmt::print(stderr, "{}: no \"noise\", so {} has no sigma.Y and no mask.underexposed\n",
+               frames_json, out);
+}
+
+}  // namespace
 
 void add_merge(CLI::App& app) {
-  auto* command = app.add_subcommand("merge", "Merge raw exposures to HDR views in cd/m2");
-  auto folder = std::make_shared<std::string>();
-  command->add_option("dataset", *folder, "dataset folder")->required();
-  command->footer("Example:\n  wheatstone merge out/card");
-  command->callback([=] { merge(open_dataset(*folder), show_progress); });
+  auto* command = app.add_subcommand(
+      "merge", "Merge raw exposures to HDR: a dataset's views in cd/m2, or one stack in DN/s");
+  struct Options {
+    std::string dataset, frames, out, shard = "1/1";
+    bool no_demosaic = false;
+  };
+  auto o = std::make_shared<Options>();
+  auto* dataset = command->add_option("dataset", o->dataset, "dataset folder");
+  auto* frames = command->add_option("--frames", o->frames, "stack (docs/hdr_merge.md)");
+  auto* out = command->add_option("--out", o->out, "EXR for the merged stack");
+  auto* no_demosaic =
+      command->add_flag("--no-demosaic", o->no_demosaic, "write the mosaic itself, channel Y");
+  auto* shard =
+      command->add_option("--shard", o->shard, "i/N: only every Nth view, from the ith on")
+          ->needs(dataset);
+  dataset->excludes(frames)->excludes(out);
+  frames->needs(out);
+  out->needs(frames);
+  no_demosaic->needs(frames)->excludes(shard);
+  command->footer(
+      "Example:\n  wheatstone merge out/card\n"
+      "  wheatstone merge out/card --shard 3/16\n"
+      "  wheatstone merge --frames frames.json --out merged.exr");
+  command->callback([=] {
+    if (!o->frames.empty())
+      merge_frames(o->frames, !o->no_demosaic, o->out);
+    else if (!o->dataset.empty())
+      merge(open_dataset(o->dataset), show_progress, shard_from_string(o->shard));
+    else
+      throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
+  });
 }
 
 }  // namespace wheatstone::apps

@@ -206,7 +206,10 @@ TEST(Help, EverySubcommandShowsAnExample) {
                                            {"present"},
                                            {"doctor"},
                                            {"metric"},
-                                           {"metric", "pu21"}}) {
+                                           {"metric", "pu21"},
+                                           {"demosaic"},
+                                           {"estimate-exposures"},
+                                           {"measure-noise"}}) {
     command.emplace_back("--help");
     const Outcome outcome = run_program(command);
     EXPECT_EQ(outcome.status, 0) << command[0];

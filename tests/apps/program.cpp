@@ -68,12 +68,17 @@ Outcome run_program(const std::vector<std::string>& arguments, const Surrounding
   ::close(out[1]);
   ::close(err[1]);
   if (child < 0) throw std::runtime_error("no child process");
+  int status = 0;
+  bool ended = false;
+  if (around.kill_when) {
+    while (!ended && !around.kill_when()) ended = ::waitpid(child, &status, WNOHANG) == child;
+    if (!ended) ::kill(child, SIGKILL);
+  }
   // One after the other is safe: messages are far shorter than a pipe.
   Outcome outcome;
   outcome.out = read_to_end(out[0]);
   outcome.err = read_to_end(err[0]);
-  int status = 0;
-  ::waitpid(child, &status, 0);
+  if (!ended) ::waitpid(child, &status, 0);
   outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return outcome;
 }

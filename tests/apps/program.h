@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct Outcome {
 struct Surroundings {
   std::vector<std::string> environment;      // "NAME=value"
   std::optional<rlim_t> largest_file_bytes;  // writes beyond it fail as on a full disk
+  std::function<bool()> kill_when;           // asked until it says true; then kill -9
 };
 
 /// Turns this process, a child of the test, into the program.

@@ -3,40 +3,12 @@
 
 #include <cmath>
 
-#include "capture/demosaic.h"
 #include "capture/radiance.h"
 #include "capture/rectify.h"
 #include "core/error.h"
 
 namespace wheatstone {
 namespace {
-
-TEST(Demosaic, ConstantsStayUpToTheEdgeAndRampsInside) {
-  for (const auto pattern :
-       {BayerPattern::kRggb, BayerPattern::kBggr, BayerPattern::kGrbg, BayerPattern::kGbrg})
-    for (const cv::Size size : {cv::Size(2, 2), cv::Size(8, 6), cv::Size(9, 7)}) {
-      LinearMosaic flat{cv::Mat1f(size), pattern}, ramp{cv::Mat1f(size), pattern};
-      for (int r = 0; r < size.height; ++r)
-        for (int c = 0; c < size.width; ++c) {
-          const int colour = bayer_colour(pattern, r, c);
-          flat.values(r, c) = static_cast<float>(colour + 1);
-          ramp.values(r, c) = static_cast<float>(100 * colour + 3 * r - 2 * c);
-        }
-      const cv::Mat3f a = demosaic_bilinear(flat), b = demosaic_bilinear(ramp);
-      for (int r = 0; r < size.height; ++r)
-        for (int c = 0; c < size.width; ++c)
-          for (int colour = 0; colour < 3; ++colour) {
-            EXPECT_FLOAT_EQ(a(r, c)[colour], static_cast<float>(colour + 1));
-            if (r > 0 && c > 0 && r + 1 < size.height && c + 1 < size.width) {
-              EXPECT_NEAR(b(r, c)[colour], 100 * colour + 3 * r - 2 * c, 1e-4);
-            }
-            if (colour == bayer_colour(pattern, r, c)) {
-              EXPECT_EQ(b(r, c)[colour], ramp.values(r, c));
-            }
-          }
-    }
-  EXPECT_THROW(demosaic_bilinear({cv::Mat1f(1, 4), BayerPattern::kRggb}), ArgumentError);
-}
 
 TEST(Radiance, InvertsTheCameraAndClipsAtTheEnd) {
   CameraProfile p;

@@ -1,0 +1,62 @@
+#include "capture/deglare.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace wheatstone {
+namespace {
+
+/// |frequency| of bin k of n, cycles per pixel.
+double frequency(int k, int n) {
+  return n < 2 ? 0 : std::min(k, n - k) * 0.5 / (n / 2);
+}
+
+double lobe(double rho, double a, double b, double c) {
+  return a * std::exp(-std::pow((rho - b) / c, 2));
+}
+
+cv::Mat1d without_glare(const cv::Mat1d& plane, const GlareMtf& mtf) {
+  cv::Mat2d spectrum;
+  cv::dft(plane, spectrum, cv::DFT_COMPLEX_OUTPUT);
+  for (int r = 0; r < plane.rows; ++r)
+    for (int c = 0; c < plane.cols; ++c) {
+      const double rho = std::hypot(frequency(r, plane.rows), frequency(c, plane.cols)) / 2;
+      const double passed = lobe(rho, mtf.a1, mtf.b1, mtf.c1) + lobe(rho, mtf.a2, mtf.b2, mtf.c2);
+      if (!(passed > 0) || !std::isfinite(1 / passed))
+        throw ArgumentError(
+            "the glare MTF is " + std::to_string(passed) + " at rho = " + std::to_string(rho),
+            "give parameters that keep it above 0 for all frequencies of the image");
+      spectrum(r, c) /= passed;
+    }
+  cv::dft(spectrum, spectrum, cv::DFT_INVERSE | cv::DFT_SCALE);
+  cv::Mat1d out(plane.size());
+  for (int r = 0; r < plane.rows; ++r)
+    for (int c = 0; c < plane.cols; ++c)
+      out(r, c) = std::hypot(spectrum(r, c)[0], spectrum(r, c)[1]);
+  return out;
+}
+
+}  // namespace
+
+LinearMosaic remove_glare(const LinearMosaic& mosaic, const GlareMtf& mtf) {
+  const cv::Mat1f& in = mosaic.values;
+  if (in.rows < 2 || in.cols < 2)
+    throw ArgumentError("the mosaic has less than one 2 x 2 cell", "give a larger one");
+  LinearMosaic out{cv::Mat1f(in.size()), mosaic.pattern};
+  for (int first_row = 0; first_row < 2; ++first_row)
+    for (int first_column = 0; first_column < 2; ++first_column) {
+      cv::Mat1d plane((in.rows - first_row + 1) / 2, (in.cols - first_column + 1) / 2);
+      for (int r = 0; r < plane.rows; ++r)
+        for (int c = 0; c < plane.cols; ++c)
+          plane(r, c) = in(2 * r + first_row, 2 * c + first_column);
+      plane = without_glare(plane, mtf);
+      for (int r = 0; r < plane.rows; ++r)
+        for (int c = 0; c < plane.cols; ++c)
+          out.values(2 * r + first_row, 2 * c + first_column) = static_cast<float>(plane(r, c));
+    }
+  return out;
+}
+
+}  // namespace wheatstone

@@ -1,0 +1,22 @@
+#pragma once
+// Veiling glare of the lens, taken out by inverting its modulation transfer function.
+
+#include "core/image.h"
+
+namespace wheatstone {
+
+/// MTF(rho) = a1 exp(-((rho - b1) / c1)^2) + a2 exp(-((rho - b2) / c2)^2), rho in half cycles per
+/// pixel of one colour plane of the mosaic (0.25 at its Nyquist frequency along a row).
+struct GlareMtf {
+  double a1 = 1, b1 = 0, c1 = 1, a2 = 0, b2 = 0, c2 = 1;
+};
+
+/// Divides the spectrum of each of the four colour planes by the MTF and takes the modulus of what
+/// comes back. Same unit; never negative. Strong glare corrections amplify noise. Any size of at
+/// least 2 x 2; in planes of odd size the frequency grid ends at 0.5 exactly, as the reference has
+/// it (hdr_merge.md, sec. 4).
+/// Errors: ArgumentError for an MTF that is not finite and above 0 over the plane, and for less
+/// than one cell.
+LinearMosaic remove_glare(const LinearMosaic&, const GlareMtf&);
+
+}  // namespace wheatstone
