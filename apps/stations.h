@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/pose_solver.h"
+#include "calib/rail.h"
 #include "capture/import/imported_view.h"
 #include "core/dataset.h"
 #include "hardware/rig.h"
@@ -18,8 +19,24 @@ using Progress = std::function<void(const std::string& what, int done, int total
 /// raw/*.png to hdr/<view>.exr, cd/m^2. Views that are already there are kept.
 void merge(const Dataset&, const Progress&);
 
-/// Marker frames to poses.json, then all views cropped to the common box: views/*.exr, views.json.
-PoseSolution calibrate_poses(const Dataset&, const Progress&);
+struct PoseCalibrationOptions {
+  PoseOptions solver;
+  bool skip_bad_views = false;  // leave them out instead of stopping
+};
+/// A view whose markers contradict where the LEDs stand, or the other views.
+struct BadView {
+  std::string name, reason;
+};
+struct PoseCalibration {
+  PoseSolution solution;
+  std::vector<CapturedView> frames;  // the views of the solution, in its order
+  std::vector<BadView> bad_views;
+  std::optional<RailReport> rail;  // if the views stand at different positions
+};
+/// Marker frames to poses.json and pose_report.json, then all views cropped to the common box:
+/// views/*.exr, views.json. Errors: ArgumentError naming all bad views, unless they are skipped.
+PoseCalibration calibrate_poses(const Dataset&, const Progress&,
+                                const PoseCalibrationOptions& = {});
 
 /// alignments.json to eyes.json.
 std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset&);
