@@ -6,6 +6,11 @@
 #include "core/error.h"
 
 namespace wheatstone::detail {
+namespace {
+
+constexpr double kMinSingularRatio = 1e-10;
+
+}  // namespace
 
 CameraBlock camera_block(const Intrinsics& k, const Distortion& d) {
   CameraBlock block = {k.fx_px, k.fy_px, k.cx_px, k.cy_px};
@@ -49,7 +54,7 @@ RigidTransform PoseBlock::transform() const {
 
 SharedInformation::SharedInformation(Eigen::Index shared)
     : parameters_(static_cast<double>(shared)),
-      normal_(Eigen::MatrixXd::Zero(shared, shared)),
+      upper_(Eigen::MatrixXd::Zero(shared, shared)),
       scores_(Eigen::MatrixXd::Zero(shared, shared)) {}
 
 void SharedInformation::add_board(const Eigen::MatrixXd& J_shared, const Eigen::MatrixXd& J_board,
@@ -59,7 +64,11 @@ void SharedInformation::add_board(const Eigen::MatrixXd& J_shared, const Eigen::
   squares_ += residuals.squaredNorm();
   const Eigen::MatrixXd reduced =
       J_shared - J_board * J_board.colPivHouseholderQr().solve(J_shared);
-  normal_ += reduced.transpose() * reduced;
+  const Eigen::Index shared = upper_.cols();
+  Eigen::MatrixXd stacked(shared + reduced.rows(), shared);
+  stacked << upper_, reduced;
+  const Eigen::MatrixXd qr = stacked.householderQr().matrixQR();
+  upper_ = qr.topRows(shared).triangularView<Eigen::Upper>();
   for (Eigen::Index i = 0; i < residuals.size(); i += 2) {
     const Eigen::VectorXd score = reduced.middleRows<2>(i).transpose() * residuals.segment<2>(i);
     scores_ += score * score.transpose();
@@ -67,16 +76,15 @@ void SharedInformation::add_board(const Eigen::MatrixXd& J_shared, const Eigen::
 }
 
 Eigen::MatrixXd SharedInformation::covariance() const {
-  // The parameters differ in scale by many powers of ten; with a unit diagonal the eigenvalues
-  // tell what is determined.
-  const Eigen::VectorXd scale = normal_.diagonal().cwiseSqrt().cwiseInverse();
+  // The parameters differ in scale by many powers of ten; with columns of unit length the singular
+  // values tell what is determined.
+  const Eigen::VectorXd scale = upper_.colwise().norm().cwiseInverse().transpose();
   if (!scale.allFinite()) return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal_ *
-                                                             scale.asDiagonal());
-  if (!(eigen.eigenvalues()[0] > 1e-13)) return {};
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
-                                  eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                                  eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(upper_ * scale.asDiagonal(), Eigen::ComputeThinV);
+  const Eigen::VectorXd s = svd.singularValues();
+  if (!(s[s.size() - 1] > kMinSingularRatio * s[0])) return {};
+  const Eigen::MatrixXd root = scale.asDiagonal() * svd.matrixV() * s.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse = root * root.transpose();
   return residuals_ / (residuals_ - parameters_) * inverse * scores_ * inverse;
 }
 
@@ -87,9 +95,9 @@ double SharedInformation::corner_sigma_px() const {
 void solve_to_end(ceres::Problem& problem, const std::string& what, const std::string& remedy) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 200;
+  options.max_num_iterations = 100;
   options.function_tolerance = options.parameter_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
+  options.gradient_tolerance = 1e-10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);

@@ -81,7 +81,7 @@ class SharedInformation {
   void add_board(const Eigen::MatrixXd& J_shared, const Eigen::MatrixXd& J_board,
                  const Eigen::VectorXd& residuals);
   /// J^T J of the shared parameters, boards eliminated; times 1 / sigma^2 it is their information.
-  const Eigen::MatrixXd& normal() const { return normal_; }
+  Eigen::MatrixXd normal() const { return upper_.transpose() * upper_; }
   /// The sandwich estimate of solve_camera(). Empty when a combination of the parameters leaves
   /// all residuals as they are.
   Eigen::MatrixXd covariance() const;
@@ -90,7 +90,9 @@ class SharedInformation {
 
  private:
   double residuals_ = 0, parameters_ = 0, squares_ = 0;
-  Eigen::MatrixXd normal_, scores_;
+  Eigen::MatrixXd upper_;   // R of a QR decomposition of all boards' rows; squared it would lose
+                            // what the rational model barely determines
+  Eigen::MatrixXd scores_;  // sum of the corners' score vectors' outer products
 };
 
 /// Solves silently and to the end. Throws ArgumentError with `remedy` when nothing usable comes

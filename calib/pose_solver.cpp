@@ -265,8 +265,12 @@ PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
   Bundle loose(in, starts, options.straight_rail, 1);
   loose.solve();
   PoseSolution out;
-  const double seen_factor = loose.freedom() > 0 ? std::sqrt(loose.squares() / loose.freedom()) : 1;
-  out.noise_factor = loose.freedom() >= kTrustedFreedom ? seen_factor : std::max(1.0, seen_factor);
+  // Few residuals leave their own size in doubt: Student's t with n degrees of freedom has the
+  // variance n / (n - 2), which makes 1.96 standard deviations hold 95 % from n = 8 on.
+  const double n = loose.freedom();
+  out.noise_factor = n >= kTrustedFreedom
+                         ? std::sqrt(loose.squares() / (n - 2))
+                         : std::max(1.0, std::sqrt(loose.squares() / std::max(n, 1.0)));
   // Noise-free sightings leave no residuals; the covariance is then 0 to rounding.
   out.noise_factor = std::max(out.noise_factor, 1e-6);
   Bundle bundle(in, starts, options.straight_rail, out.noise_factor);

@@ -34,9 +34,9 @@ struct PoseSolution {
   double rms_px = 0;       // root mean square length of the residuals
   double rms_free_px = 0;  // the same with a rotation for each view: much smaller than rms_px means
                            // that the carriage does turn
-  /// The residuals' size in units of what the sightings' covariances predict. The pose
-  /// covariances are scaled by its square: with 8 or more degrees of freedom by the residuals
-  /// alone, with fewer by at least 1.
+  /// The residuals' size in units of what the sightings' covariances predict, made larger by what
+  /// is in doubt about it (Student's t). The pose covariances are scaled by its square: with 8 or
+  /// more degrees of freedom by the residuals alone, with fewer by at least 1.
   double noise_factor = 1;
   /// Centres without the straightness prior (but with one rotation): to judge the rail by.
   std::vector<Eigen::Vector3d> free_centres_rsb;
