@@ -17,6 +17,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/png.h"
+#include "rendering/metrics/false_colour.h"
 
 namespace wheatstone::apps {
 
@@ -26,7 +27,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kMinForCrossValidation = 5;
-constexpr double kUncertaintyRedPx = 1;  // full scale of uncertainty.png
+constexpr double kUncertaintyTopPx = 1;  // full scale of uncertainty.png
 
 bool is_picture(const fs::path& file) {
   std::string ending = file.extension().string();
@@ -108,8 +109,9 @@ void write_pictures(const fs::path& folder, const CameraCalibration& c, const Fo
   write_picture_png(folder / "coverage.png", coverage_picture(boards, outliers));
   ScalarImage map = projection_uncertainty_px(c);
   write_exr(folder / "uncertainty.exr", map, "sigma_px");
-  cv::patchNaNs(map.pixels, kUncertaintyRedPx);
-  write_picture_png(folder / "uncertainty.png", false_colour(map, kUncertaintyRedPx));
+  cv::patchNaNs(map.pixels, kUncertaintyTopPx);
+  write_picture_png(folder / "uncertainty.png",
+                    false_colour_difference(map, kUncertaintyTopPx, "px standard deviation"));
 }
 
 double largest(const ScalarImage& map) {

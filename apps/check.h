@@ -12,6 +12,8 @@ struct EyeCheck {
   RgbImage displays, box;     // cd/m^2
   ScalarImage difference_pu;  // PU21 units
   double pu21_psnr_db = 0;
+  double pu21_ssim = 0;    // of luminance
+  double hdrvdp3_jod = 0;  // HDR-VDP-3 at the far display's pixels per degree; 10 = no difference
 };
 
 /// Presents the dataset's eight drive frames on the twin and photographs displays and real box

@@ -14,6 +14,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/png.h"
+#include "rendering/metrics/false_colour.h"
 #include "rendering/metrics/pu21.h"
 
 namespace wheatstone::apps {
@@ -92,6 +93,10 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   figures["pixels_below_black"] = figure(drive.below_black_px, "px");
   figures["pu21_psnr_left"] = figure(checks[0].pu21_psnr_db, "dB");
   figures["pu21_psnr_right"] = figure(checks[1].pu21_psnr_db, "dB");
+  figures["pu21_ssim_left"] = figure(checks[0].pu21_ssim, "1");
+  figures["pu21_ssim_right"] = figure(checks[1].pu21_ssim, "1");
+  figures["hdr_vdp3_left"] = figure(checks[0].hdrvdp3_jod, "JOD");
+  figures["hdr_vdp3_right"] = figure(checks[1].hdrvdp3_jod, "JOD");
   figures["duration"] = figure(seconds_since(start), "s");
 
   report.heading("Scene: " + scene);
@@ -99,6 +104,10 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   report.table({"figure", "value"},
                {{"PU21-PSNR at the left / right eye",
                  fmt::format("{:.2f} / {:.2f} dB", checks[0].pu21_psnr_db, checks[1].pu21_psnr_db)},
+                {"PU21-SSIM at the left / right eye",
+                 fmt::format("{:.4f} / {:.4f}", checks[0].pu21_ssim, checks[1].pu21_ssim)},
+                {"HDR-VDP-3 at the left / right eye (10: no difference)",
+                 fmt::format("{:.2f} / {:.2f} JOD", checks[0].hdrvdp3_jod, checks[1].hdrvdp3_jod)},
                 {"marker LED reprojection, RMS", fmt::format("{:.4f} px", poses.rms_px)},
                 {"camera centres against the twin's truth, RMS",
                  fmt::format("{:.4f} mm (predicted {:.4f} mm)", centre_rms_mm, predicted_rms_mm)},
@@ -109,11 +118,11 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
                  fmt::format("{} / {}", drive.above_peak_px, drive.below_black_px)}});
   for (const EyeCheck* check : {&checks[0], &checks[1]}) {
     const std::string eye = check == &checks[0] ? "Left eye" : "Right eye";
-    report.pictures({{to_srgb8(check->displays, kPictureWhiteCdM2),
-                      eye + ": the driven displays (white = 450 cd/m2)"},
-                     {to_srgb8(check->box, kPictureWhiteCdM2), eye + ": the real box"},
-                     {false_colour(check->difference_pu, 50),
-                      eye + ": difference in PU21 units, blue 0 to red 50"}});
+    report.pictures(
+        {{to_srgb8(check->displays, kPictureWhiteCdM2),
+          eye + ": the driven displays (white = 450 cd/m2)"},
+         {to_srgb8(check->box, kPictureWhiteCdM2), eye + ": the real box"},
+         {false_colour_difference(check->difference_pu, 50, "PU21 units"), eye + ": difference"}});
   }
   std::vector<Eigen::Vector2d> led_residuals;
   for (const auto& view : poses.residuals_px)
@@ -143,7 +152,8 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
   report.paragraph("openexr_stereo/beachball: " + line +
                    ". Each eye's light is split over the two planes by its depth, per pixel; what "
                    "the simulated eye receives is compared with the frame itself, seen through the "
-                   "same window.");
+                   "same window. Pure colours differ most: a dark channel cannot fall below a "
+                   "thousandth of the backlight that its bright neighbour needs.");
   json& figures = summary["real_stereo"];
   for (const LightFieldView& view : load_light_field(dataset)) {
     const Eye eye = view.name == "left" ? Eye::kLeft : Eye::kRight;
@@ -157,8 +167,8 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
     report.pictures({{to_srgb8(seen, 300),
                       fmt::format("{} eye: the driven displays, {:.2f} dB", view.name, psnr)},
                      {to_srgb8(wanted, 300), view.name + " eye: the imported frame"},
-                     {false_colour(pu21_difference(seen, wanted), 50),
-                      view.name + " eye: difference, red = 50 PU21 units"}});
+                     {false_colour_difference(pu21_difference(seen, wanted), 50, "PU21 units"),
+                      view.name + " eye: difference"}});
   }
 }
 
@@ -183,10 +193,11 @@ void demo_left_out(const std::string& name, const std::filesystem::path& input,
                {{"DRLF", fmt::format("{:.2f} dB", r.psnr_drlf_db)},
                 {"nearest view (" + r.nearest + ")", fmt::format("{:.2f} dB", r.psnr_nearest_db)},
                 {"plain average with " + r.second, fmt::format("{:.2f} dB", r.psnr_average_db)}});
-  report.pictures({{to_srgb8(r.rendered, 100), "rendered"},
-                   {to_srgb8(r.reference, 100), "the photograph that was left out"},
-                   {false_colour(pu21_difference(r.rendered, r.reference), 50),
-                    "difference, red = 50 PU21 units"}});
+  report.pictures(
+      {{to_srgb8(r.rendered, 100), "rendered"},
+       {to_srgb8(r.reference, 100), "the photograph that was left out"},
+       {false_colour_difference(pu21_difference(r.rendered, r.reference), 50, "PU21 units"),
+        "difference"}});
 }
 
 }  // namespace

@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
   try {
     using namespace wheatstone::apps;
     for (const auto add : {add_demo, add_capture, add_merge, add_calibrate, add_import, add_render,
-                           add_present, add_doctor, add_convert_camera, add_export_poses})
+                           add_present, add_metric, add_quality, add_doctor, add_convert_camera,
+                           add_export_poses})
       add(app);
     app.parse(argc, argv);
     return 0;

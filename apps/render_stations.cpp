@@ -245,10 +245,13 @@ LeftOutReport render_left_out(const Dataset& dataset, const std::string& name,
   } else {
     const double step =
         (camera_centre(views[0].T_camera_world) - camera_centre(left_out.T_camera_world)).norm();
-    // From a parallax of a tenth of the picture to a twentieth of a pixel between neighbours.
-    const double f = left_out.intrinsics.fx_px;
-    options.focal_plane = find_focal_plane(views, left_out.T_camera_world,
-                                           f * step / (0.1 * camera.width), f * step / 0.05, 64);
+    // From a twentieth of a pixel of parallax between neighbours to four pictures' width (cameras
+    // that turn towards a near object still share it), in steps of a pixel: textures repeat, so a
+    // coarser sweep may pass the true depth by.
+    const double f = left_out.intrinsics.fx_px, largest_px = 4.0 * camera.width;
+    options.focal_plane =
+        find_focal_plane(views, left_out.T_camera_world, f * step / largest_px, f * step / 0.05,
+                         std::max(64, static_cast<int>(largest_px)));
   }
   Drlf drlf(views, use_gpu);
   const DrlfResult result = drlf.render(camera, options);

@@ -11,13 +11,6 @@ namespace wheatstone::apps {
 
 namespace {
 
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    c == '<' ? out += "&lt;" : c == '>' ? out += "&gt;" : c == '&' ? out += "&amp;" : out += c;
-  return out;
-}
-
 std::string base64(const std::vector<unsigned char>& bytes) {
   static constexpr char kDigits[] =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -36,25 +29,32 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 
 }  // namespace
 
+std::string escape_markup(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    c == '<' ? out += "&lt;" : c == '>' ? out += "&gt;" : c == '&' ? out += "&amp;" : out += c;
+  return out;
+}
+
 Report::Report(const std::string& title) {
-  body_ = "<h1>" + escape(title) + "</h1>\n";
+  body_ = "<h1>" + escape_markup(title) + "</h1>\n";
 }
 
 void Report::heading(const std::string& text) {
-  body_ += "<h2>" + escape(text) + "</h2>\n";
+  body_ += "<h2>" + escape_markup(text) + "</h2>\n";
 }
 void Report::paragraph(const std::string& text) {
-  body_ += "<p>" + escape(text) + "</p>\n";
+  body_ += "<p>" + escape_markup(text) + "</p>\n";
 }
 
 void Report::table(const std::vector<std::string>& header,
                    const std::vector<std::vector<std::string>>& rows) {
   body_ += "<table><tr>";
-  for (const std::string& h : header) body_ += "<th>" + escape(h) + "</th>";
+  for (const std::string& h : header) body_ += "<th>" + escape_markup(h) + "</th>";
   body_ += "</tr>\n";
   for (const auto& row : rows) {
     body_ += "<tr>";
-    for (const std::string& cell : row) body_ += "<td>" + escape(cell) + "</td>";
+    for (const std::string& cell : row) body_ += "<td>" + escape_markup(cell) + "</td>";
     body_ += "</tr>\n";
   }
   body_ += "</table>\n";
@@ -66,8 +66,8 @@ void Report::pictures(const std::vector<Picture>& row) {
     body_ += fmt::format(
         "<figure><img src=\"data:image/png;base64,{}\" width=\"{}\" height=\"{}\" alt=\"{}\">"
         "<figcaption>{}</figcaption></figure>\n",
-        base64(encode_picture_png(p.rgb)), p.rgb.cols, p.rgb.rows, escape(p.caption),
-        escape(p.caption));
+        base64(encode_picture_png(p.rgb)), p.rgb.cols, p.rgb.rows, escape_markup(p.caption),
+        escape_markup(p.caption));
   body_ += "</div>\n";
 }
 
@@ -86,7 +86,7 @@ void Report::residual_plot(const std::vector<Eigen::Vector2d>& residuals_px, dou
   for (const Eigen::Vector2d& r : residuals_px)
     body_ += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"2.2\" fill=\"#c0392b\"/>",
                          r.x() * scale, r.y() * scale);
-  body_ += "</svg><figcaption>" + escape(caption) + "</figcaption></figure>\n";
+  body_ += "</svg><figcaption>" + escape_markup(caption) + "</figcaption></figure>\n";
 }
 
 void Report::write(const std::filesystem::path& path) const {
@@ -101,19 +101,6 @@ void Report::write(const std::filesystem::path& path) const {
       ".row figure{flex:1 1 300px;max-width:384px}.plot{display:inline-block;margin-right:16px}"
       "</style></head><body>\n" +
           body_ + "</body></html>\n");
-}
-
-cv::Mat3b false_colour(const ScalarImage& image, double top) {
-  cv::Mat3b out(image.height(), image.width());
-  for (int r = 0; r < out.rows; ++r)
-    for (int c = 0; c < out.cols; ++c) {
-      const double v = std::clamp(image.pixels(r, c) / top, 0.0, 1.0);
-      const auto level = [](double x) {
-        return static_cast<unsigned char>(255 * std::clamp(x, 0.0, 1.0));
-      };
-      out(r, c) = {level(2 * v), level(v < 0.5 ? 2 * v : 2 - 2 * v), level(1 - 2 * v)};
-    }
-  return out;
 }
 
 }  // namespace wheatstone::apps

@@ -10,6 +10,9 @@
 
 namespace wheatstone::apps {
 
+/// Text as it must stand in HTML and SVG.
+std::string escape_markup(const std::string& text);
+
 class Report {
  public:
   explicit Report(const std::string& title);
@@ -30,8 +33,5 @@ class Report {
  private:
   std::string body_;
 };
-
-/// Blue (0) over white to red (`top`): a difference picture for people.
-cv::Mat3b false_colour(const ScalarImage&, double top);
 
 }  // namespace wheatstone::apps

@@ -52,44 +52,60 @@ RigidTransform PoseBlock::transform() const {
   return {turn * R_start, Eigen::Map<const Eigen::Vector3d>(turn_t.data() + 3)};
 }
 
-SharedInformation::SharedInformation(Eigen::Index shared)
-    : parameters_(static_cast<double>(shared)),
-      upper_(Eigen::MatrixXd::Zero(shared, shared)),
-      scores_(Eigen::MatrixXd::Zero(shared, shared)) {}
-
 void SharedInformation::add_board(const Eigen::MatrixXd& J_shared, const Eigen::MatrixXd& J_board,
-                                  const Eigen::VectorXd& residuals) {
-  residuals_ += static_cast<double>(residuals.size());
-  parameters_ += 6;
-  squares_ += residuals.squaredNorm();
-  const Eigen::MatrixXd reduced =
-      J_shared - J_board * J_board.colPivHouseholderQr().solve(J_shared);
-  const Eigen::Index shared = upper_.cols();
-  Eigen::MatrixXd stacked(shared + reduced.rows(), shared);
-  stacked << upper_, reduced;
-  const Eigen::MatrixXd qr = stacked.householderQr().matrixQR();
-  upper_ = qr.topRows(shared).triangularView<Eigen::Upper>();
-  for (Eigen::Index i = 0; i < residuals.size(); i += 2) {
-    const Eigen::VectorXd score = reduced.middleRows<2>(i).transpose() * residuals.segment<2>(i);
-    scores_ += score * score.transpose();
-  }
+                                  const Eigen::VectorXd& residuals, Eigen::Index pictures) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J_board);
+  const Eigen::MatrixXd Q =
+      qr.householderQ() * Eigen::MatrixXd::Identity(J_board.rows(), qr.rank());
+  const Eigen::MatrixXd reduced = J_shared - Q * (Q.transpose() * J_shared);
+  const Eigen::Index rows = residuals.size() / pictures;
+  for (Eigen::Index i = 0; i < pictures; ++i)
+    pictures_.push_back({reduced.middleRows(i * rows, rows),
+                         residuals.segment(i * rows, rows).squaredNorm(),
+                         static_cast<double>(rows) - Q.middleRows(i * rows, rows).squaredNorm()});
+}
+
+Eigen::MatrixXd SharedInformation::normal() const {
+  Eigen::MatrixXd sum = pictures_[0].J.transpose() * pictures_[0].J;
+  for (std::size_t i = 1; i < pictures_.size(); ++i)
+    sum += pictures_[i].J.transpose() * pictures_[i].J;
+  return sum;
 }
 
 Eigen::MatrixXd SharedInformation::covariance() const {
+  Eigen::Index rows = 0;
+  for (const Picture& p : pictures_) rows += p.J.rows();
+  const Eigen::Index shared = pictures_[0].J.cols();
+  Eigen::MatrixXd all(rows, shared);
+  Eigen::Index row = 0;
+  for (const Picture& p : pictures_) {
+    all.middleRows(row, p.J.rows()) = p.J;
+    row += p.J.rows();
+  }
   // The parameters differ in scale by many powers of ten; with columns of unit length the singular
-  // values tell what is determined.
-  const Eigen::VectorXd scale = upper_.colwise().norm().cwiseInverse().transpose();
-  if (!scale.allFinite()) return {};
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(upper_ * scale.asDiagonal(), Eigen::ComputeThinV);
+  // values tell what is determined. Those of J and not of J^T J, where squaring would lose what
+  // the rational model barely determines.
+  const Eigen::VectorXd scale = all.colwise().norm().cwiseInverse().transpose();
+  if (!scale.allFinite() || rows < shared) return {};
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(all * scale.asDiagonal(), Eigen::ComputeThinV);
   const Eigen::VectorXd s = svd.singularValues();
-  if (!(s[s.size() - 1] > kMinSingularRatio * s[0])) return {};
+  if (!(s[shared - 1] > kMinSingularRatio * s[0])) return {};
+  // (J^T J)^-1 = root root^T, and J root has orthonormal columns: its squares are leverages.
   const Eigen::MatrixXd root = scale.asDiagonal() * svd.matrixV() * s.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd inverse = root * root.transpose();
-  return residuals_ / (residuals_ - parameters_) * inverse * scores_ * inverse;
+  const double pooled = std::pow(corner_sigma_px(), 2);
+  Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(shared, shared);
+  for (const Picture& p : pictures_) {
+    const Eigen::MatrixXd U = p.J * root;
+    const double freedom = p.freedom - U.squaredNorm();
+    middle += (freedom < 1 ? pooled : p.squares / freedom) * U.transpose() * U;
+  }
+  return root * middle * root.transpose();
 }
 
 double SharedInformation::corner_sigma_px() const {
-  return std::sqrt(squares_ / (residuals_ - parameters_));
+  double squares = 0, freedom = -static_cast<double>(pictures_[0].J.cols());
+  for (const Picture& p : pictures_) squares += p.squares, freedom += p.freedom;
+  return std::sqrt(squares / freedom);
 }
 
 void solve_to_end(ceres::Problem& problem, const std::string& what, const std::string& remedy) {

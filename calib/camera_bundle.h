@@ -76,23 +76,25 @@ using CornerCost = ceres::AutoDiffCostFunction<CornerResidual, 2, 12, 6>;
 /// own six are eliminated (Schur complement).
 class SharedInformation {
  public:
-  explicit SharedInformation(Eigen::Index shared);
-  /// J_shared: 2n x shared, J_board: 2n x 6, residuals: 2n, two rows per corner.
+  /// The board in `pictures` pictures of equally many rows, one after the other. J_shared: rows x
+  /// shared, J_board: rows x 6, residuals: rows, in px.
   void add_board(const Eigen::MatrixXd& J_shared, const Eigen::MatrixXd& J_board,
-                 const Eigen::VectorXd& residuals);
+                 const Eigen::VectorXd& residuals, Eigen::Index pictures = 1);
   /// J^T J of the shared parameters, boards eliminated; times 1 / sigma^2 it is their information.
-  Eigen::MatrixXd normal() const { return upper_.transpose() * upper_; }
+  Eigen::MatrixXd normal() const;
   /// The sandwich estimate of solve_camera(). Empty when a combination of the parameters leaves
   /// all residuals as they are.
   Eigen::MatrixXd covariance() const;
-  /// Standard deviation of a corner per axis.
+  /// Standard deviation of a corner per axis, over all pictures.
   double corner_sigma_px() const;
 
  private:
-  double residuals_ = 0, parameters_ = 0, squares_ = 0;
-  Eigen::MatrixXd upper_;   // R of a QR decomposition of all boards' rows; squared it would lose
-                            // what the rational model barely determines
-  Eigen::MatrixXd scores_;  // sum of the corners' score vectors' outer products
+  struct Picture {
+    Eigen::MatrixXd J;  // by the shared parameters, what the board's pose can follow taken out
+    double squares;     // of the residuals
+    double freedom;     // residuals less what the board's pose spends on them
+  };
+  std::vector<Picture> pictures_;
 };
 
 /// Solves silently and to the end. Throws ArgumentError with `remedy` when nothing usable comes

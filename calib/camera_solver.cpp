@@ -150,7 +150,7 @@ CameraCalibration conclude(std::span<const BoardView> views, const Board& board,
   Bundle b;
   build(b, views, board, optimum);
   const std::vector<int> free = detail::free_parameters(model);
-  detail::SharedInformation information(static_cast<Eigen::Index>(free.size()));
+  detail::SharedInformation information;
   CameraCalibration out;
   out.intrinsics = optimum.k;
   out.distortion = optimum.d;

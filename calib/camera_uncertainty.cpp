@@ -119,7 +119,7 @@ Eigen::MatrixXd board_normal(const CameraCalibration& c, const Board& board,
     J_board.middleRows<2>(row) = J.by_pose;
     row += 2;
   }
-  detail::SharedInformation information(c.covariance.rows());
+  detail::SharedInformation information;
   information.add_board(J_camera, J_board, Eigen::VectorXd::Zero(rows));
   return information.normal();
 }

@@ -137,19 +137,19 @@ StereoCalibration solve_stereo(std::span<const BoardView> left, std::span<const 
   // Shared parameters: left camera, right camera, turn and translation between them.
   const std::vector<int> free = detail::free_parameters(model);
   const auto n = static_cast<Eigen::Index>(free.size());
-  detail::SharedInformation information(2 * n + 6);
+  detail::SharedInformation information;
   detail::set_camera(left_camera, out.left.intrinsics, out.left.distortion);
   detail::set_camera(right_camera, out.right.intrinsics, out.right.distortion);
   out.T_right_left = between.transform();
   double squares = 0;
   for (std::size_t v = 0; v < left.size(); ++v) {
-    const auto rows = static_cast<Eigen::Index>(4 * points.size());
-    Eigen::MatrixXd J_shared = Eigen::MatrixXd::Zero(rows, 2 * n + 6), J_board(rows, 6);
-    Eigen::VectorXd residuals(rows);
+    const auto rows = static_cast<Eigen::Index>(2 * points.size());  // of each picture
+    Eigen::MatrixXd J_shared = Eigen::MatrixXd::Zero(2 * rows, 2 * n + 6), J_board(2 * rows, 6);
+    Eigen::VectorXd residuals(2 * rows);
     for (std::size_t i = 0; i < points.size(); ++i) {
       Eigen::Matrix<double, 2, 12, Eigen::RowMajor> J_left, J_right;
       Eigen::Matrix<double, 2, 6, Eigen::RowMajor> J_between, J_pose_left, J_pose_right;
-      const auto row = static_cast<Eigen::Index>(4 * i);
+      const auto row = static_cast<Eigen::Index>(2 * i);
       Eigen::Vector2d r_left, r_right;
       const double* of_left[] = {left_camera.data(), boards[v].turn_t.data()};
       double* left_jacobians[] = {J_left.data(), J_pose_left.data()};
@@ -159,14 +159,14 @@ StereoCalibration solve_stereo(std::span<const BoardView> left, std::span<const 
       double* right_jacobians[] = {J_right.data(), J_between.data(), J_pose_right.data()};
       costs[v][i].right->Evaluate(of_right, r_right.data(), right_jacobians);
       J_shared.block(row, 0, 2, n) = J_left(Eigen::all, free);
-      J_shared.block(row + 2, n, 2, n) = J_right(Eigen::all, free);
-      J_shared.block<2, 6>(row + 2, 2 * n) = J_between;
+      J_shared.block(rows + row, n, 2, n) = J_right(Eigen::all, free);
+      J_shared.block<2, 6>(rows + row, 2 * n) = J_between;
       J_board.middleRows<2>(row) = J_pose_left;
-      J_board.middleRows<2>(row + 2) = J_pose_right;
+      J_board.middleRows<2>(rows + row) = J_pose_right;
       residuals.segment<2>(row) = out.left.residuals_px[v][i] = r_left;
-      residuals.segment<2>(row + 2) = out.right.residuals_px[v][i] = r_right;
+      residuals.segment<2>(rows + row) = out.right.residuals_px[v][i] = r_right;
     }
-    information.add_board(J_shared, J_board, residuals);
+    information.add_board(J_shared, J_board, residuals, 2);
     squares += residuals.squaredNorm();
     out.left.T_camera_board[v] = boards[v].transform();
     out.right.T_camera_board[v] = out.T_right_left * out.left.T_camera_board[v];

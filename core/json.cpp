@@ -18,14 +18,17 @@ void require_finite(const json& value) {
 }
 }  // namespace
 
-json read_json(const std::filesystem::path& path, const std::string& schema) {
-  json document;
+json read_json(const std::filesystem::path& path) {
   try {
-    document = json::parse(read_text(path));
+    return json::parse(read_text(path));
   } catch (const json::exception& e) {
     throw FileError(path, std::string("is not valid JSON: ") + e.what(),
                     "restore the file or run the step that writes it again");
   }
+}
+
+json read_json(const std::filesystem::path& path, const std::string& schema) {
+  const json document = read_json(path);
   if (!document.is_object() || !document.contains("schema") || !document["schema"].is_string())
     throw FileError(path, "has no \"schema\"",
                     "this program reads \"" + schema + "\"; add that key if the file follows it");

@@ -14,6 +14,10 @@ namespace wheatstone {
 /// unknown version (says which versions this program reads).
 nlohmann::json read_json(const std::filesystem::path&, const std::string& schema);
 
+/// Parses a file that need not have a schema, such as other programs write.
+/// Errors: FileError: missing, not JSON (with line and column).
+nlohmann::json read_json(const std::filesystem::path&);
+
 /// Adds "schema" and writes, indented, atomically. Numbers round-trip exactly. NaN and infinity
 /// throw InternalError: JSON cannot hold them.
 void write_json(const std::filesystem::path&, const std::string& schema, nlohmann::json);

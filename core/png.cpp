@@ -122,10 +122,8 @@ cv::Mat1b read_grey_picture(const std::filesystem::path& path) {
   return image;
 }
 
-RgbImage read_srgb_picture(const std::filesystem::path& path, double white_cd_m2) {
-  if (!(white_cd_m2 > 0) || !std::isfinite(white_cd_m2))
-    throw ArgumentError("the luminance of full white must be positive",
-                        "state it, for example --white-cd-m2 100");
+RgbImage read_encoded_picture(const std::filesystem::path& path,
+                              const std::function<double(double)>& light_cd_m2) {
   const cv::Mat image = read(path);
   const int depth = image.depth(), channels = image.channels();
   if ((depth != CV_8U && depth != CV_16U) || (channels != 1 && channels != 3 && channels != 4))
@@ -133,7 +131,7 @@ RgbImage read_srgb_picture(const std::filesystem::path& path, double white_cd_m2
   const int top = depth == CV_8U ? 255 : 65535;
   std::vector<float> table(static_cast<std::size_t>(top) + 1);
   for (int i = 0; i <= top; ++i)
-    table[i] = static_cast<float>(white_cd_m2 * srgb_to_linear(static_cast<double>(i) / top));
+    table[i] = static_cast<float>(light_cd_m2(static_cast<double>(i) / top));
   RgbImage out(image.cols, image.rows);
   for (int r = 0; r < image.rows; ++r)
     for (int c = 0; c < image.cols; ++c)
@@ -145,6 +143,13 @@ RgbImage read_srgb_picture(const std::filesystem::path& path, double white_cd_m2
         out.pixels(r, c)[k] = table[code];
       }
   return out;
+}
+
+RgbImage read_srgb_picture(const std::filesystem::path& path, double white_cd_m2) {
+  if (!(white_cd_m2 > 0) || !std::isfinite(white_cd_m2))
+    throw ArgumentError("the luminance of full white must be positive",
+                        "state it, for example --white-cd-m2 100");
+  return read_encoded_picture(path, [&](double v) { return white_cd_m2 * srgb_to_linear(v); });
 }
 
 }  // namespace wheatstone

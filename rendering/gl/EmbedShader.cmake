@@ -1,6 +1,7 @@
 # wheatstone_embed_shader(<target> <file> <constant>): makes the shader <file> of the current folder
 # the C++ string wheatstone::<constant> in the generated header "<folder>/<file with _>.h", and
-# checks it with glslangValidator where that is installed.
+# checks it with glslangValidator where that is installed. A .glsl file holds functions to paste into
+# shaders; it is checked within an empty fragment shader.
 find_program(WHEATSTONE_GLSLANG glslangValidator)
 
 function(wheatstone_embed_shader target file constant)
@@ -19,8 +20,14 @@ inline constexpr const char* @constant@ = R"GLSL(@text@)GLSL";
   target_include_directories(${target} PRIVATE "${PROJECT_BINARY_DIR}/generated")
   if(WHEATSTONE_GLSLANG)
     set(stamp "${CMAKE_CURRENT_BINARY_DIR}/${stem}.valid")
+    set(checked "${source}")
+    if(file MATCHES "\\.glsl$")
+      set(checked "${CMAKE_CURRENT_BINARY_DIR}/${stem}.frag")
+      file(CONFIGURE OUTPUT "${checked}" @ONLY
+        CONTENT "#version 450 core\n@text@\nvoid main() {}\n")
+    endif()
     add_custom_command(OUTPUT "${stamp}"
-      COMMAND "${WHEATSTONE_GLSLANG}" "${source}"
+      COMMAND "${WHEATSTONE_GLSLANG}" "${checked}"
       COMMAND "${CMAKE_COMMAND}" -E touch "${stamp}"
       DEPENDS "${source}" COMMENT "Validating ${folder}/${file}" VERBATIM)
     add_custom_target(${target}_${stem} DEPENDS "${stamp}")

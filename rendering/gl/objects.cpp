@@ -54,14 +54,19 @@ GlVertexArray make_vertex_array() {
 
 GlProgram make_program(const std::string& name, const std::string& vertex_source,
                        const std::string& fragment_source) {
-  const GlShader vertex = compile(name, GL_VERTEX_SHADER, vertex_source);
-  const GlShader fragment = compile(name, GL_FRAGMENT_SHADER, fragment_source);
+  return make_program(name, vertex_source, std::vector<std::string>{fragment_source});
+}
+
+GlProgram make_program(const std::string& name, const std::string& vertex_source,
+                       const std::vector<std::string>& fragment_sources) {
+  std::vector<GlShader> stages;
+  stages.push_back(compile(name, GL_VERTEX_SHADER, vertex_source));
+  for (const std::string& source : fragment_sources)
+    stages.push_back(compile(name, GL_FRAGMENT_SHADER, source));
   GlProgram program(glCreateProgram());
-  glAttachShader(program.name(), vertex.name());
-  glAttachShader(program.name(), fragment.name());
+  for (const GlShader& stage : stages) glAttachShader(program.name(), stage.name());
   glLinkProgram(program.name());
-  glDetachShader(program.name(), vertex.name());
-  glDetachShader(program.name(), fragment.name());
+  for (const GlShader& stage : stages) glDetachShader(program.name(), stage.name());
   GLint ok = GL_FALSE;
   glGetProgramiv(program.name(), GL_LINK_STATUS, &ok);
   if (ok) return program;
@@ -75,6 +80,11 @@ GlProgram make_program(const std::string& name, const std::string& vertex_source
 
 GlProgram make_fullscreen_program(const std::string& name, const std::string& fragment_source) {
   return make_program(name, kFullscreenVert, fragment_source);
+}
+
+GlProgram make_fullscreen_program(const std::string& name,
+                                  const std::vector<std::string>& fragment_sources) {
+  return make_program(name, kFullscreenVert, fragment_sources);
 }
 
 void draw_fullscreen(const GlProgram& program, const GlVertexArray& vertices,

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace wheatstone {
 
@@ -68,8 +69,14 @@ GlVertexArray make_vertex_array();
 GlProgram make_program(const std::string& name, const std::string& vertex_source,
                        const std::string& fragment_source);
 
+/// The same with a fragment stage of several sources, which may call each other's functions.
+GlProgram make_program(const std::string& name, const std::string& vertex_source,
+                       const std::vector<std::string>& fragment_sources);
+
 /// A program whose vertex stage covers the whole framebuffer: draw it with draw_fullscreen().
 GlProgram make_fullscreen_program(const std::string& name, const std::string& fragment_source);
+GlProgram make_fullscreen_program(const std::string& name,
+                                  const std::vector<std::string>& fragment_sources);
 
 /// Runs `program` once for every pixel of `framebuffer` (width x height).
 void draw_fullscreen(const GlProgram&, const GlVertexArray&, const GlFramebuffer&, int width,

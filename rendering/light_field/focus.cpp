@@ -20,6 +20,8 @@ namespace {
 constexpr int kNeighbours = 4;
 constexpr int kRays = 20000;
 constexpr float kTruncation = 0.1f;  // of the white of the encoded pictures: beyond it, occlusion
+constexpr double kLeastShare =
+    1 / 3.0;  // of the rays: a corner of the picture is no judge of depth
 
 /// A neighbour's picture, gamma-encoded relative to `white`, with its pose from the reference.
 struct Neighbour {
@@ -69,33 +71,46 @@ std::vector<Neighbour> nearest_views(std::span<const LightFieldView> views,
   return out;
 }
 
-/// Mean truncated deviation between the neighbours at one depth; infinity without common rays.
+/// The values of the neighbours that see one ray's point at one depth; how many they are.
+int seen_by(const std::vector<Neighbour>& neighbours, const Eigen::Vector3d& ray, double depth_mm,
+            std::array<float, kNeighbours>& values) {
+  int seen = 0;
+  for (const Neighbour& n : neighbours) {
+    const Eigen::Vector3d p = n.T_camera_reference * (depth_mm * ray);
+    if (p.z() <= 0) continue;
+    const Eigen::Vector3d q = n.K * p;
+    const float value = sample(n.encoded, q.x() / q.z(), q.y() / q.z());
+    if (!std::isnan(value)) values[seen++] = value;
+  }
+  return seen;
+}
+
+/// Mean truncated deviation between the neighbours at one depth; infinity where too few rays are
+/// seen by two of them.
 double disagreement(const std::vector<Neighbour>& neighbours,
                     const std::vector<Eigen::Vector3d>& rays, double depth_mm) {
+  std::array<float, kNeighbours> values{};
+  // Most depths of a wide sweep fail this cheap test on a few rays.
+  constexpr std::size_t kProbe = 101;
+  std::size_t probed = 0, common = 0;
+  for (std::size_t i = 0; i < rays.size(); i += kProbe, ++probed)
+    common += seen_by(neighbours, rays[i], depth_mm, values) >= 2;
+  if (static_cast<double>(common) < 0.5 * kLeastShare * static_cast<double>(probed))
+    return std::numeric_limits<double>::infinity();
+
   double sum = 0;
-  std::int64_t count = 0;
+  std::size_t count = 0;
   for (const Eigen::Vector3d& ray : rays) {
-    std::array<float, kNeighbours> values{};
-    int seen = 0;
-    float mean = 0;
-    for (const Neighbour& n : neighbours) {
-      const Eigen::Vector3d p = n.T_camera_reference * (depth_mm * ray);
-      if (p.z() <= 0) continue;
-      const Eigen::Vector3d q = n.K * p;
-      const float value = sample(n.encoded, q.x() / q.z(), q.y() / q.z());
-      if (std::isnan(value)) continue;
-      values[seen++] = value;
-      mean += value;
-    }
+    const int seen = seen_by(neighbours, ray, depth_mm, values);
     if (seen < 2) continue;
+    float mean = 0, deviation = 0;
+    for (int k = 0; k < seen; ++k) mean += values[k];
     mean /= static_cast<float>(seen);
-    float deviation = 0;
     for (int k = 0; k < seen; ++k) deviation += std::abs(values[k] - mean);
     sum += std::min(deviation / static_cast<float>(seen), kTruncation);
     ++count;
   }
-  // A depth that only a corner of the picture can judge must not win by chance.
-  if (count * 10 < static_cast<std::int64_t>(rays.size()))
+  if (static_cast<double>(count) < kLeastShare * static_cast<double>(rays.size()))
     return std::numeric_limits<double>::infinity();
   return sum / static_cast<double>(count);
 }

@@ -28,7 +28,9 @@ json parse(const fs::path& file) {
   std::ifstream in(file);
   return json::parse(in);
 }
-void store(const fs::path& file, const json& document) { std::ofstream(file) << document.dump(1); }
+void store(const fs::path& file, const json& document) {
+  std::ofstream(file) << document.dump(1);
+}
 
 class BadInput : public TemporaryFolder {
  protected:
@@ -207,7 +209,9 @@ TEST(Help, EverySubcommandShowsAnExample) {
                                            {"import"},
                                            {"render"},
                                            {"present"},
-                                           {"doctor"}}) {
+                                           {"doctor"},
+                                           {"metric"},
+                                           {"metric", "pu21"}}) {
     command.emplace_back("--help");
     const Outcome outcome = run_program(command);
     EXPECT_EQ(outcome.status, 0) << command[0];

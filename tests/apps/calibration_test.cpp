@@ -11,7 +11,7 @@
 #include "core/png.h"
 #include "program.h"
 #include "sim/simulated_rig.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone::apps {
 namespace {

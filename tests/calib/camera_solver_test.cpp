@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/png.h"
 #include "synthetic_boards.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {
@@ -62,7 +62,7 @@ TEST(CameraSolver, AllButExactWithHardlyAnyNoiseForEveryModel) {
                                                           (y - camera.k.cy_px) / camera.k.fy_px});
         EXPECT_LT(
             (project(c.intrinsics, c.distortion, u.homogeneous()) - Eigen::Vector2d(x, y)).norm(),
-            0.01)
+            0.02)
             << to_string(model);
       }
   }
@@ -103,38 +103,41 @@ TEST(CameraSolver, AgreesWithOpenCvOnPhotographs) {
   }
 }
 
-// The right camera: its pictures differ in noise, which a covariance from one common variance
-// would not see. Residuals are drawn anew within each picture, made larger for the parameters that
-// the fit has spent.
+// Residuals are drawn anew within each picture (the right camera's pictures differ in noise, which
+// a covariance from one common variance would not see), made larger for the parameters that the fit
+// has spent.
 TEST(CameraSolver, SigmasMatchABootstrap) {
   const auto folder = shared_folder("data/camera_calibration/opencv_9x6");
   REQUIRE_SHARED(folder);
-  const std::vector<BoardView> views = photographed(folder, "right");
-  const CameraCalibration c = solve_camera(views, kBoard, 640, 480);
-  const double n = 2.0 * static_cast<double>(views.size() * kBoard.corners());
-  const double p =
-      static_cast<double>(c.covariance.rows()) + 6.0 * static_cast<double>(views.size());
-  const int draws = 120;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(9), squares = sum;
-  for (int draw = 0; draw < draws; ++draw) {
-    RandomStream random(11, static_cast<std::uint64_t>(draw));
-    std::vector<BoardView> drawn = views;
-    for (std::size_t v = 0; v < views.size(); ++v)
-      for (std::size_t i = 0; i < kBoard.corners(); ++i)
-        drawn[v].corners_px[i] +=
-            c.residuals_px[v][i] -
-            std::sqrt(n / (n - p)) * c.residuals_px[v][random.next() % kBoard.corners()];
-    const CameraCalibration b = solve_camera(drawn, kBoard, 640, 480);
-    Eigen::VectorXd x(9);
-    x << b.intrinsics.fx_px, b.intrinsics.fy_px, b.intrinsics.cx_px, b.intrinsics.cy_px,
-        b.distortion.k1, b.distortion.k2, b.distortion.p1, b.distortion.p2, b.distortion.k3;
-    sum += x;
-    squares += x.cwiseAbs2();
-  }
-  const Eigen::VectorXd spread = ((squares - sum.cwiseAbs2() / draws) / (draws - 1)).cwiseSqrt();
-  for (int i = 0; i < 9; ++i) {
-    RecordProperty("ratio_" + std::to_string(i), std::to_string(c.sigma()[i] / spread[i]));
-    EXPECT_NEAR(c.sigma()[i] / spread[i], 1, 0.2) << i;
+  for (const std::string side : {"left", "right"}) {
+    const std::vector<BoardView> views = photographed(folder, side);
+    const CameraCalibration c = solve_camera(views, kBoard, 640, 480);
+    const double n = 2.0 * static_cast<double>(views.size() * kBoard.corners());
+    const double p =
+        static_cast<double>(c.covariance.rows()) + 6.0 * static_cast<double>(views.size());
+    const int draws = 120;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(9), squares = sum;
+    for (int draw = 0; draw < draws; ++draw) {
+      RandomStream random(11, static_cast<std::uint64_t>(draw));
+      std::vector<BoardView> drawn = views;
+      for (std::size_t v = 0; v < views.size(); ++v)
+        for (std::size_t i = 0; i < kBoard.corners(); ++i)
+          drawn[v].corners_px[i] +=
+              c.residuals_px[v][i] -
+              std::sqrt(n / (n - p)) * c.residuals_px[v][random.next() % kBoard.corners()];
+      const CameraCalibration b = solve_camera(drawn, kBoard, 640, 480);
+      Eigen::VectorXd x(9);
+      x << b.intrinsics.fx_px, b.intrinsics.fy_px, b.intrinsics.cx_px, b.intrinsics.cy_px,
+          b.distortion.k1, b.distortion.k2, b.distortion.p1, b.distortion.p2, b.distortion.k3;
+      sum += x;
+      squares += x.cwiseAbs2();
+    }
+    const Eigen::VectorXd spread = ((squares - sum.cwiseAbs2() / draws) / (draws - 1)).cwiseSqrt();
+    for (int i = 0; i < 9; ++i) {
+      RecordProperty(side + "_ratio_" + std::to_string(i),
+                     std::to_string(c.sigma()[i] / spread[i]));
+      EXPECT_NEAR(c.sigma()[i] / spread[i], 1, 0.2) << side << ' ' << i;
+    }
   }
 }
 

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "core/png.h"
 #include "synthetic_boards.h"
-#include "tests/capture_import/shared_data.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/random.h"
-#include "shared_data.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

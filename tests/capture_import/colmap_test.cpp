@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/error.h"
-#include "shared_data.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {

@@ -10,7 +10,8 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/png.h"
-#include "shared_data.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {

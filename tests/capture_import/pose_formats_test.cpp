@@ -14,7 +14,8 @@
 #include "core/files.h"
 #include "core/png.h"
 #include "core/random.h"
-#include "shared_data.h"
+#include "tests/shared_data.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {

@@ -6,26 +6,17 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
 #include "core/files.h"
+#include "tests/error_text.h"
+#include "tests/temporary_folder.h"
 
 namespace wheatstone {
 namespace {
 
 std::filesystem::path file_with(const std::string& name, const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  const std::filesystem::path path = temporary_file(name);
   write_text_atomically(path, text);
   return path;
-}
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(Csv, NumbersReadBackExactly) {
@@ -35,7 +26,7 @@ TEST(Csv, NumbersReadBackExactly) {
   for (std::size_t i = 0; i < values.size(); ++i)
     table.add_row({"a \"b\", c\n" + std::to_string(i)});
   table.set_column("x_mm", values);
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "round.csv";
+  const std::filesystem::path path = temporary_file("round.csv");
   table.write(path);
   const CsvTable back = CsvTable::read(path);
   ASSERT_EQ(back.rows(), values.size());

@@ -6,7 +6,6 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,25 +18,12 @@
 #include <string>
 
 #include "core/error.h"
+#include "tests/shared_data.h"
 
 namespace wheatstone {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path shared_data() {
-  const char* folder = std::getenv("WHEATSTONE_SHARED");
-  return fs::path(folder != nullptr ? folder : WHEATSTONE_DEFAULT_SHARED) / "data";
-}
-
-/// In CI the shared data must be there; elsewhere tests that need it are skipped.
-#define REQUIRE_SHARED(folder)                                                           \
-  if (!fs::exists(folder)) {                                                             \
-    const char* ci = std::getenv("CI");                                                  \
-    if (ci != nullptr && std::string(ci) == "true") FAIL() << (folder) << " is missing"; \
-    GTEST_SKIP() << (folder) << " is missing; set WHEATSTONE_SHARED";                    \
-  }                                                                                      \
-  static_assert(true)
 
 class ExrTest : public testing::Test {
  protected:
@@ -211,32 +197,14 @@ TEST_F(ExrTest, EmptyRegionOfAnOrdinaryFrameIsRead) {
   EXPECT_EQ(read_exr(path).pixels.size(), cv::Size(3840, 2160));
 }
 
-/// Exit code of reading `path` in a child with little memory and time: 0 if it was read or
-/// refused with FileError. Signals are given as 128 + signal.
-int read_in_child(const fs::path& path, bool views) {
+/// Exit status of exr_probe on `path`: 0 if it was read or refused with FileError. Signals are
+/// given as 128 + signal.
+int probe(const fs::path& path, bool views) {
   const pid_t child = fork();
   if (child == 0) {
-    const rlimit cpu{5, 5};
-    setrlimit(RLIMIT_CPU, &cpu);
-#ifndef __SANITIZE_ADDRESS__  // it reserves terabytes of address space
-    std::ifstream pages("/proc/self/statm");
-    rlim_t own_pages = 0;
-    pages >> own_pages;
-    const rlim_t bytes = own_pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t{2} << 30);
-    const rlimit memory{bytes, bytes};
-    setrlimit(RLIMIT_AS, &memory);
-#endif
-    try {
-      if (views)
-        read_exr_views(path);
-      else
-        read_exr(path);
-    } catch (const FileError&) {
-      _exit(0);
-    } catch (...) {
-      _exit(2);
-    }
-    _exit(0);
+    execl(WHEATSTONE_EXR_PROBE, WHEATSTONE_EXR_PROBE, views ? "views" : "read", path.c_str(),
+          nullptr);
+    _exit(127);
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) != child) return 255;
@@ -244,12 +212,12 @@ int read_in_child(const fs::path& path, bool views) {
 }
 
 TEST(DamagedExr, EveryFileIsReadOrRefusedWithinBounds) {
-  const fs::path folder = shared_data() / "damaged_exr";
+  const fs::path folder = shared_folder("data") / "damaged_exr";
   REQUIRE_SHARED(folder);
   int files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    EXPECT_EQ(read_in_child(entry.path(), false), 0) << "read_exr " << entry.path();
-    EXPECT_EQ(read_in_child(entry.path(), true), 0) << "read_exr_views " << entry.path();
+    EXPECT_EQ(probe(entry.path(), false), 0) << "read_exr " << entry.path();
+    EXPECT_EQ(probe(entry.path(), true), 0) << "read_exr_views " << entry.path();
     ++files;
   }
   EXPECT_GE(files, 90);
@@ -267,7 +235,7 @@ TEST_F(ExrTest, FlippedBytesAreReadOrRefusedWithinBounds) {
       file.put(static_cast<char>(generator()));
     }
     file.close();
-    ASSERT_EQ(read_in_child(bad, i % 2 == 0), 0) << "variant " << i;
+    ASSERT_EQ(probe(bad, i % 2 == 0), 0) << "variant " << i;
   }
 }
 
@@ -296,7 +264,7 @@ double disparity_error(const ExrView& right, const ExrView& left, const ScalarIm
 }
 
 TEST(ExrViews, SinglePartStereoAgreesWithItsDisparity) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "beachball" / "singlepart.0001.exr");
   ASSERT_EQ(views.size(), 2U);
@@ -308,7 +276,7 @@ TEST(ExrViews, SinglePartStereoAgreesWithItsDisparity) {
 }
 
 TEST(ExrViews, MultiPartViewsComeFromTheParts) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "beachball" / "multipart.0008.exr");
   ASSERT_EQ(views.size(), 2U);
@@ -327,7 +295,7 @@ TEST(ExrViews, MultiPartViewsComeFromTheParts) {
 }
 
 TEST(ExrViews, LuminanceOnlyPairIsReadAndDeepIsRefused) {
-  const fs::path folder = shared_data() / "openexr_stereo";
+  const fs::path folder = shared_folder("data") / "openexr_stereo";
   REQUIRE_SHARED(folder);
   const auto views = read_exr_views(folder / "multiview" / "Fog.exr");
   ASSERT_EQ(views.size(), 2U);

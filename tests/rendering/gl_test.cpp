@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
 #include "core/random.h"
 #include "rendering/gl/objects.h"
-#include "rendering/gl/offscreen.h"
 #include "rendering/light_field/drlf_renderer.h"
+#include "tests/rendering/gl_fixture.h"
 #include "tests/rendering/synthetic_light_field.h"
 
 namespace wheatstone::testing {
@@ -40,17 +39,7 @@ TEST(OffscreenContext, WithoutADriverItSaysWhatToInstall) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-class Gl : public ::testing::Test {
- protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<OffscreenContext>();
-    } catch (const GraphicsError& e) {
-      GTEST_SKIP() << e.what();
-    }
-  }
-  std::unique_ptr<OffscreenContext> context_;
-};
+class Gl : public GlFixture {};
 
 TEST_F(Gl, NamesTheDriver) {
   EXPECT_FALSE(context_->renderer().empty());

@@ -18,19 +18,3 @@ inline std::filesystem::path shared_folder(const std::string& below) {
     if (ci && std::string(ci) == "true") FAIL() << (path) << " is not there"; \
     GTEST_SKIP() << (path) << " is not there";                                \
   }
-
-/// A fresh folder, removed at the end.
-struct TemporaryFolder {
-  std::filesystem::path path;
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "wheatstone.XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-    path = name;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-};
