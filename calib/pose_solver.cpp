@@ -144,7 +144,7 @@ class Bundle {
   }
 
   void add_straight_rail(double straightness_mm) {
-    // The two outermost centres of the start; they stay so.
+    // The two outermost centres, which stay so.
     std::size_t first = 0, last = 0;
     double longest = 0;
     for (std::size_t a = 0; a < centres_.size(); ++a)
@@ -264,6 +264,8 @@ PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
   // and its centres how straight the rail is.
   Bundle loose(in, starts, options.straight_rail, 1);
   loose.solve();
+  // Of a plane's two poses the wrong one may start a view and put its centre beyond the outermost.
+  for (std::size_t v = 0; v < starts.size(); ++v) starts[v] = loose.pose(v);
   PoseSolution out;
   // Few residuals leave their own size in doubt: Student's t with n degrees of freedom has the
   // variance n / (n - 2), which makes 1.96 standard deviations hold 95 % from n = 8 on.

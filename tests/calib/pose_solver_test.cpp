@@ -102,11 +102,11 @@ Rail make_uneven_rail(int views, std::uint64_t seed) {
 }
 
 // All six parameters of the first and the last pose, with and without the rail prior. The told
-// covariances are four times too small: the residuals must set that right.
+// covariances are four times too small: the residuals must set that right. 600 runs, because the
+// percentage of 200 scatters by 1.5.
 TEST(PoseSolver, IntervalsContainTheTruth) {
-  const int runs = 200;
+  const int runs = 600;
   for (const bool rail_prior : {true, false}) {
-    double all = 0;
     int inside[6] = {};
     double factor = 0;
     for (int run = 0; run < runs; ++run) {
@@ -128,12 +128,19 @@ TEST(PoseSolver, IntervalsContainTheTruth) {
       const double percent = 50.0 * inside[i] / runs;
       RecordProperty((rail_prior ? "rail_percent_" : "free_percent_") + std::to_string(i),
                      std::to_string(percent));
-      EXPECT_GE(percent, 91) << i;
-      EXPECT_LE(percent, 98.5) << i;
-      all += percent / 6;
+      EXPECT_GE(percent, 92) << rail_prior << i;
+      EXPECT_LE(percent, 98) << rail_prior << i;
     }
-    EXPECT_GE(all, 92);
-    EXPECT_LE(all, 98);
+  }
+}
+
+// Of a plane's two poses the wrong one may start a view, and nothing must come of it.
+TEST(PoseSolver, LongRailsAlwaysHaveACovariance) {
+  for (std::uint64_t seed = 10300; seed < 10420; ++seed) {
+    const PoseSolution s =
+        solve_poses(kMarkers, make_uneven_rail(11, seed).seen, kCamera, kLens, {true});
+    EXPECT_GT(s.covariance[10].diagonal().minCoeff(), 0) << seed;
+    EXPECT_LT(s.rms_px, 0.05) << seed;
   }
 }
 
