@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "apps/plot.h"
 #include "calib/eye_solver.h"
 #include "calib/marker_matching.h"
 #include "calib/markers.h"
@@ -98,6 +99,23 @@ void require_no_bad_views(const std::vector<BadView>& bad, std::size_t good) {
       good == 0 ? "no view is left" : "or leave such views out with --skip-bad-views");
 }
 
+/// How far the carriage strays from a straight rail with even steps, over its own positions.
+void write_rail_plot(const std::filesystem::path& file, const RailReport& rail,
+                     const std::vector<double>& positions_mm) {
+  const PlotAxis position = {"position on the rail (mm)"};
+  Plot across("Straightness", position, {"distance from the best line (mm)"});
+  const char* const names[] = {"right", "up", "towards viewer"};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> off;
+    for (const Eigen::Vector3d& p : rail.off_line_mm) off.push_back(p[axis]);
+    across.points(names[axis], positions_mm, off);
+  }
+  Plot along("Steps", position, {"travel beyond what was asked, scale taken out (mm)"});
+  along.points("step error", positions_mm, rail.step_error_mm);
+  along.hide_legend();
+  write_svg(file, {across, along});
+}
+
 void write_pose_report(const Dataset& dataset, const CameraProfile& camera,
                        const std::vector<CapturedView>& frames, const PoseSolution& s,
                        const std::vector<BadView>& bad, const CommonBox& box,
@@ -131,6 +149,11 @@ void write_pose_report(const Dataset& dataset, const CameraProfile& camera,
                         {"scale", rail->scale},
                         {"step_error_rms_mm", rail->step_error_rms_mm},
                         {"step_error_largest_mm", rail->step_error_largest_mm}};
+    for (std::size_t v = 0; v < frames.size(); ++v) {
+      document["views"][v]["off_line_mm"] = to_json(rail->off_line_mm[v]);
+      document["views"][v]["step_error_mm"] = rail->step_error_mm[v];
+    }
+    write_rail_plot(dataset.file("rail.svg"), *rail, positions_mm);
   }
   write_json(dataset.file("pose_report.json"), "wheatstone-pose-report/1", document);
 }

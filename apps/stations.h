@@ -33,8 +33,9 @@ struct PoseCalibration {
   std::vector<BadView> bad_views;
   std::optional<RailReport> rail;  // if the views stand at different positions
 };
-/// Marker frames to poses.json and pose_report.json, then all views cropped to the common box:
-/// views/*.exr, views.json. Errors: ArgumentError naming all bad views, unless they are skipped.
+/// Marker frames to poses.json, pose_report.json and, if the views stand at different positions,
+/// rail.svg; then all views cropped to the common box: views/*.exr, views.json. Errors:
+/// ArgumentError naming all bad views, unless they are skipped.
 PoseCalibration calibrate_poses(const Dataset&, const Progress&,
                                 const PoseCalibrationOptions& = {});
 

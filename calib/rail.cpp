@@ -30,14 +30,18 @@ RailReport report_rail(std::span<const Eigen::Vector3d> centres,
     report.direction_rsb *= -1;
     along *= -1;
   }
-  const Eigen::VectorXd across =
-      (offset - report.direction_rsb * along.transpose()).colwise().norm();
+  const Eigen::Matrix3Xd off_line = offset - report.direction_rsb * along.transpose();
+  const Eigen::VectorXd across = off_line.colwise().norm();
   report.straightness_rms_mm = std::sqrt(across.squaredNorm() / static_cast<double>(n));
   report.straightness_largest_mm = across.maxCoeff();
   report.scale = along.dot(centred) / centred.squaredNorm();
   const Eigen::VectorXd error = along - report.scale * centred;
   report.step_error_rms_mm = std::sqrt(error.squaredNorm() / static_cast<double>(n));
   report.step_error_largest_mm = error.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    report.off_line_mm.emplace_back(off_line.col(i));
+    report.step_error_mm.push_back(error[i]);
+  }
   report.pitch_mm = (along.maxCoeff() - along.minCoeff()) / static_cast<double>(n - 1);
   return report;
 }

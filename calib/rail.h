@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 namespace wheatstone {
 
@@ -15,6 +16,9 @@ struct RailReport {
   /// Travel along the line for each mm asked for; the deviations below have it taken out.
   double scale = 1;
   double step_error_rms_mm = 0, step_error_largest_mm = 0;
+  /// Per view: from the foot on the line to the centre, in rsb, and the excess travel along it.
+  std::vector<Eigen::Vector3d> off_line_mm;
+  std::vector<double> step_error_mm;
 };
 
 /// Line by total least squares. `positions_mm` are what the rail says of each view (encoder or

@@ -197,6 +197,8 @@ TEST_F(Calibration, PosesWithTheirReport) {
   ASSERT_EQ(report["views"].size(), 4u);
   EXPECT_EQ(report["views"][0]["covariance_rad_mm"].size(), 6u);
   EXPECT_GT(report["views"][0]["near_plane_sigma_px"].get<double>(), 0);
+  EXPECT_EQ(report["views"][3]["off_line_mm"].size(), 3u);
+  EXPECT_THAT(read_text(path("d/rail.svg")), HasSubstr("position on the rail (mm)"));
   EXPECT_EQ(run_program({"calibrate", "poses", path("d"), "--no-rail-prior"}).status, 0);
 }
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "core/error.h"
 #include "core/png.h"
 #include "synthetic_boards.h"
+#include "tests/error_text.h"
 #include "tests/shared_data.h"
 
 namespace wheatstone {
@@ -20,12 +20,7 @@ const Board kBoard{9, 6, 25};
 const Board kSmallBoard{6, 4, 30};
 
 std::string failure(const std::vector<BoardView>& views, const Board& board) {
-  try {
-    solve_camera(views, board, 640, 480);
-  } catch (const ArgumentError& e) {
-    return e.what();
-  }
-  return "no ArgumentError";
+  return error_of([&] { solve_camera(views, board, 640, 480); });
 }
 
 /// data/camera_calibration/opencv_9x6/<side>NN.jpg

@@ -8,8 +8,8 @@
 
 #include "calib/marker_matching.h"
 #include "calib/rail.h"
-#include "core/error.h"
 #include "core/random.h"
+#include "tests/error_text.h"
 
 namespace wheatstone {
 namespace {
@@ -74,6 +74,23 @@ TEST(PoseSolver, CentresWithinATenthOfAMillimetre) {
   // Nearly all of it is the shared rotation, one draw per seed: single seeds scatter widely.
   EXPECT_LT(worst, 0.2);
   EXPECT_NEAR(std::sqrt(sum / expected), 1, 0.3) << "covariance against scatter";
+}
+
+TEST(PoseSolver, MarkersOffTheWallInAnyOrder) {
+  std::vector<Eigen::Vector3d> markers = kMarkers;
+  for (Eigen::Vector3d& p : markers) p.z() = 0.2;
+  const RigidTransform T = make_rail(1, 0, 1).poses[0];
+  std::sort(markers.begin(), markers.end(), [](auto& a, auto& b) { return a.x() < b.x(); });
+  for (const int first : {0, 1, 2, 3}) {
+    std::rotate(markers.begin(), markers.begin() + first, markers.end());
+    std::vector<std::vector<MarkerSighting>> seen(1);
+    for (const auto& p : markers)
+      seen[0].push_back(
+          {project(kCamera, kLens, T * p), kSigmaPx * kSigmaPx * Eigen::Matrix2d::Identity()});
+    const PoseSolution s = solve_poses(markers, seen, kCamera, kLens);
+    EXPECT_LT((camera_centre(s.T_camera_rsb[0]) - camera_centre(T)).norm(), 1e-4) << first;
+    std::swap(markers[0], markers[2]);  // the other way round
+  }
 }
 
 TEST(PoseSolver, FreeRotationsTellWhenTheCarriageTurns) {
@@ -186,12 +203,7 @@ MarkerBlob blob(const Eigen::Vector2d& px, double signal) {
 
 std::string mismatch(const std::vector<MarkerBlob>& blobs,
                      const std::vector<Eigen::Vector3d>& markers) {
-  try {
-    match_markers(blobs, markers, kCamera, kLens, "frame 3");
-  } catch (const ArgumentError& e) {
-    return e.what();
-  }
-  return "no ArgumentError";
+  return error_of([&] { match_markers(blobs, markers, kCamera, kLens, "frame 3"); });
 }
 
 TEST(MarkerMatching, ReflectionsAreLeftAside) {
@@ -230,6 +242,10 @@ TEST(Rail, WorkedNumbers) {
   EXPECT_NEAR(r.scale, 0.998, 1e-3);
   EXPECT_NEAR(r.straightness_largest_mm, 0.1, 0.02);
   EXPECT_NEAR(r.step_error_largest_mm, 0.1, 0.03);
+  EXPECT_NEAR(r.off_line_mm[1].y(), 0.1, 0.02);
+  EXPECT_NEAR(r.off_line_mm[2].y(), -0.1, 0.02);
+  EXPECT_NEAR(r.step_error_mm[1], 0.1, 0.03);
+  EXPECT_NEAR(r.step_error_mm[2], -0.1, 0.03);
   const RailReport back = report_rail(centres, std::vector<double>{30, 20, 10, 0});
   EXPECT_NEAR(back.direction_rsb.x(), -1, 1e-4);
   EXPECT_THROW(report_rail(centres, std::vector<double>{1, 2}), ArgumentError);

@@ -10,10 +10,10 @@
 #include "capture/import/colmap_writer.h"
 #include "capture/import/llff.h"
 #include "capture/import/nerf.h"
-#include "core/error.h"
 #include "core/files.h"
 #include "core/png.h"
 #include "core/random.h"
+#include "tests/error_text.h"
 #include "tests/shared_data.h"
 #include "tests/temporary_folder.h"
 
@@ -21,16 +21,6 @@ namespace wheatstone {
 namespace {
 
 using testing::HasSubstr;
-
-template <class F>
-std::string failure(F f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 std::vector<ImportedView> some_views(bool centred) {
   std::vector<ImportedView> views;
@@ -82,7 +72,7 @@ TEST(PoseConvention, StatedMatricesAreWhatTheNamesSay) {
     EXPECT_LT((back.R - T.R).norm() + (back.t_mm - T.t_mm).norm(), 1e-14) << to_string(c);
     EXPECT_EQ(pose_convention_from_string(to_string(c)), c);
   }
-  EXPECT_THAT(failure([] { pose_convention_from_string("blender"); }),
+  EXPECT_THAT(error_of([] { pose_convention_from_string("blender"); }),
               HasSubstr("use one of: opencv world-to-camera"));
 }
 
@@ -97,13 +87,14 @@ TEST(PoseConvention, AContradictionNamesWhatFits) {
       std::vector<ImportedView> views = truth;
       for (ImportedView& v : views)
         v.T_camera_world = from_stated(to_stated(v.T_camera_world, meant), taken);
-      const std::string what = failure([&] { require_convention("f.json", views, points, taken); });
+      const std::string what =
+          error_of([&] { require_convention("f.json", views, points, taken); });
       EXPECT_THAT(what, HasSubstr("f.json: its poses are not " + to_string(taken)));
       EXPECT_THAT(what, HasSubstr(to_string(meant) + " fits"));
     }
   std::vector<KnownPoint> wrong = points;
   for (KnownPoint& p : wrong) p.px.x() += 100 * (p.view + 1.0);
-  EXPECT_THAT(failure([&] { require_convention("f", truth, wrong, kColmapConvention); }),
+  EXPECT_THAT(error_of([&] { require_convention("f", truth, wrong, kColmapConvention); }),
               HasSubstr("no convention fits"));
 }
 
@@ -124,7 +115,7 @@ TEST(ColmapWriter, TextAndBinaryReadBack) {
     EXPECT_LT(median_reprojection_error_px(m), 1e-9);
   }
   views[0].intrinsics.skew_px = 1;
-  EXPECT_THAT(failure([&] { write_colmap(folder.path / "x", false, views, {}); }),
+  EXPECT_THAT(error_of([&] { write_colmap(folder.path / "x", false, views, {}); }),
               HasSubstr("skew"));
   EXPECT_FALSE(std::filesystem::exists(folder.path / "x"));
 }
@@ -171,7 +162,7 @@ TEST(Nerf, RoundTripWithItsCheckPoints) {
   EXPECT_EQ(m.convention, kNerfConvention);
   EXPECT_EQ(m.known_points.size(), 12u);
   EXPECT_LT(require_convention(file, m.views, m.known_points, m.convention), 1e-9);
-  EXPECT_THAT(failure([&] { read_nerf(file, 1, kColmapConvention); }),
+  EXPECT_THAT(error_of([&] { read_nerf(file, 1, kColmapConvention); }),
               HasSubstr("says that its poses are opengl camera-to-world"));
   EXPECT_LT(
       (read_nerf(file, 10).views[1].T_camera_world.t_mm - 10 * views[1].T_camera_world.t_mm).norm(),
@@ -200,7 +191,7 @@ TEST(Nerf, BadValuesNameFileAndKey) {
   const auto good = nlohmann::json::parse(read_text(file));
   const auto fails = [&](const nlohmann::json& j) {
     write_text_atomically(file, j.dump());
-    return failure([&] { read_nerf(file); });
+    return error_of([&] { read_nerf(file); });
   };
   auto j = good;
   j["frames"][0]["transform_matrix"][0][0] = 3;
@@ -217,14 +208,14 @@ TEST(Nerf, BadValuesNameFileAndKey) {
   j = good;
   j.erase("frames");
   EXPECT_THAT(fails(j), HasSubstr("frames"));
-  EXPECT_THAT(failure([&] { read_nerf(folder.path / "none.json"); }), HasSubstr("is missing"));
+  EXPECT_THAT(error_of([&] { read_nerf(folder.path / "none.json"); }), HasSubstr("is missing"));
 }
 
 TEST(Llff, RoundTrip) {
   const TemporaryFolder folder;
   const auto views = some_views(true);
   write_llff(folder.path / "poses_bounds.npy", views, 190, 550);
-  EXPECT_THAT(failure([&] { read_llff(folder.path); }), HasSubstr("images"));
+  EXPECT_THAT(error_of([&] { read_llff(folder.path); }), HasSubstr("images"));
   make_folder(folder.path / "images");
   for (const ImportedView& v : views)
     write_picture_png(folder.path / "images" / v.name, cv::Mat3b(4, 4));
@@ -237,24 +228,24 @@ TEST(Llff, RoundTrip) {
   EXPECT_EQ(m.near_mm[1], 190);
   EXPECT_EQ(m.far_mm[1], 550);
   write_picture_png(folder.path / "images/extra.png", cv::Mat3b(4, 4));
-  EXPECT_THAT(failure([&] { read_llff(folder.path); }), HasSubstr("3 poses for 4 pictures"));
+  EXPECT_THAT(error_of([&] { read_llff(folder.path); }), HasSubstr("3 poses for 4 pictures"));
 }
 
 TEST(Llff, WhatItCannotHoldIsRefused) {
   const TemporaryFolder folder;
   const auto npy = folder.path / "p.npy";
-  EXPECT_THAT(failure([&] { write_llff(npy, some_views(false), 190, 550); }),
+  EXPECT_THAT(error_of([&] { write_llff(npy, some_views(false), 190, 550); }),
               HasSubstr("principal point in the middle"));
-  EXPECT_THAT(failure([&] { write_llff(npy, some_views(true), 550, 190); }),
+  EXPECT_THAT(error_of([&] { write_llff(npy, some_views(true), 550, 190); }),
               HasSubstr("--near-mm"));
   EXPECT_FALSE(std::filesystem::exists(npy));
   write_llff(npy, some_views(true), 190, 550);
   auto bytes = read_bytes(npy);
   bytes.resize(bytes.size() - 8);
-  EXPECT_THAT(failure([&] { parse_llff(bytes, npy, {}); }), HasSubstr("shape"));
+  EXPECT_THAT(error_of([&] { parse_llff(bytes, npy, {}); }), HasSubstr("shape"));
   std::string text = read_text(npy);
   text.replace(text.find("<f8"), 3, "<i8");
-  EXPECT_THAT(failure([&] { parse_llff(std::as_bytes(std::span(text)), npy, {}); }),
+  EXPECT_THAT(error_of([&] { parse_llff(std::as_bytes(std::span(text)), npy, {}); }),
               HasSubstr("'<i8'"));
 }
 
@@ -326,7 +317,7 @@ TEST(CameraFiles, ReadBackExactly) {
       const auto file = folder.path / (format == CameraFormat::kColmap ? "cameras.txt" : "c.yaml");
       if (!why_not_exact(format, c).empty()) {
         EXPECT_EQ(format, CameraFormat::kKalibr);
-        EXPECT_THAT(failure([&] { write_camera_file(file, format, {c}); }), HasSubstr("radtan4"));
+        EXPECT_THAT(error_of([&] { write_camera_file(file, format, {c}); }), HasSubstr("radtan4"));
         continue;
       }
       write_camera_file(file, format, {c});
@@ -364,9 +355,9 @@ TEST(CameraFiles, FilesOfTheOtherPrograms) {
   EXPECT_NEAR(left[0].intrinsics.fx_px, 535.91573396163199, 1e-10);
   EXPECT_NEAR(left[0].distortion.k3, 0.238391530808785, 1e-12);
   write_text_atomically(file, "cam0:\n  camera_model: omni\n");
-  EXPECT_THAT(failure([&] { read_camera_file(file); }), HasSubstr("camera model omni"));
+  EXPECT_THAT(error_of([&] { read_camera_file(file); }), HasSubstr("camera model omni"));
   write_text_atomically(file, "nothing: 1\n");
-  EXPECT_THAT(failure([&] { read_camera_file(file); }), HasSubstr("neither"));
+  EXPECT_THAT(error_of([&] { read_camera_file(file); }), HasSubstr("neither"));
 }
 
 }  // namespace
