@@ -59,10 +59,11 @@ void SharedInformation::add_board(const Eigen::MatrixXd& J_shared, const Eigen::
       qr.householderQ() * Eigen::MatrixXd::Identity(J_board.rows(), qr.rank());
   const Eigen::MatrixXd reduced = J_shared - Q * (Q.transpose() * J_shared);
   const Eigen::Index rows = residuals.size() / pictures;
-  for (Eigen::Index i = 0; i < pictures; ++i)
-    pictures_.push_back({reduced.middleRows(i * rows, rows),
-                         residuals.segment(i * rows, rows).squaredNorm(),
+  for (Eigen::Index i = 0; i < pictures; ++i) {
+    const Eigen::Map<const Eigen::Matrix2Xd> corners(residuals.data() + i * rows, 2, rows / 2);
+    pictures_.push_back({reduced.middleRows(i * rows, rows), corners * corners.transpose(),
                          static_cast<double>(rows) - Q.middleRows(i * rows, rows).squaredNorm()});
+  }
 }
 
 Eigen::MatrixXd SharedInformation::normal() const {
@@ -92,19 +93,21 @@ Eigen::MatrixXd SharedInformation::covariance() const {
   if (!(s[shared - 1] > kMinSingularRatio * s[0])) return {};
   // (J^T J)^-1 = root root^T, and J root has orthonormal columns: its squares are leverages.
   const Eigen::MatrixXd root = scale.asDiagonal() * svd.matrixV() * s.cwiseInverse().asDiagonal();
-  const double pooled = std::pow(corner_sigma_px(), 2);
+  const Eigen::Matrix2d pooled = std::pow(corner_sigma_px(), 2) * Eigen::Matrix2d::Identity();
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(shared, shared);
   for (const Picture& p : pictures_) {
     const Eigen::MatrixXd U = p.J * root;
     const double freedom = p.freedom - U.squaredNorm();
-    middle += (freedom < 1 ? pooled : p.squares / freedom) * U.transpose() * U;
+    const Eigen::Matrix2d noise = freedom < 1 ? pooled : 2 / freedom * p.scatter;
+    for (Eigen::Index i = 0; i < U.rows(); i += 2)
+      middle += U.middleRows<2>(i).transpose() * noise * U.middleRows<2>(i);
   }
   return root * middle * root.transpose();
 }
 
 double SharedInformation::corner_sigma_px() const {
   double squares = 0, freedom = -static_cast<double>(pictures_[0].J.cols());
-  for (const Picture& p : pictures_) squares += p.squares, freedom += p.freedom;
+  for (const Picture& p : pictures_) squares += p.scatter.trace(), freedom += p.freedom;
   return std::sqrt(squares / freedom);
 }
 

@@ -91,8 +91,8 @@ class SharedInformation {
  private:
   struct Picture {
     Eigen::MatrixXd J;  // by the shared parameters, what the board's pose can follow taken out
-    double squares;     // of the residuals
-    double freedom;     // residuals less what the board's pose spends on them
+    Eigen::Matrix2d scatter;  // sum of the corners' residuals' outer products
+    double freedom;           // residuals less what the board's pose spends on them
   };
   std::vector<Picture> pictures_;
 };

@@ -48,10 +48,10 @@ struct CameraCalibration {
 /// flexible new technique for camera calibration", PAMI 2000, sec. 3.2-3.3).
 ///
 /// The covariance is a sandwich estimate (H. White, Econometrica 1980) in which each picture has a
-/// noise of its own, from its residuals and the degrees of freedom that their leverages leave: it
-/// holds as well when some pictures are blurred and their corners err more than others'. It does
-/// not know errors that pictures share: a board that is not flat or a lens that the model cannot
-/// follow.
+/// noise of its own in x and y, from its residuals and the degrees of freedom that their leverages
+/// leave: it holds as well when some pictures are blurred and their corners err more than others'.
+/// It does not know errors that pictures share: a board that is not flat or a lens that the model
+/// cannot follow.
 ///
 /// Throws ArgumentError for fewer than 3 pictures, another number of corners than the board has,
 /// boards that turn too little against each other to determine the focal length, or when nothing

@@ -110,7 +110,7 @@ TEST(CameraSolver, SigmasMatchABootstrap) {
     const double n = 2.0 * static_cast<double>(views.size() * kBoard.corners());
     const double p =
         static_cast<double>(c.covariance.rows()) + 6.0 * static_cast<double>(views.size());
-    const int draws = 120;
+    const int draws = 150;
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(9), squares = sum;
     for (int draw = 0; draw < draws; ++draw) {
       RandomStream random(11, static_cast<std::uint64_t>(draw));
