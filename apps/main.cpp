@@ -12,9 +12,9 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  wheatstone demo --out out/demo");
   try {
     using namespace wheatstone::apps;
-    for (const auto add : {add_demo, add_capture, add_merge, add_calibrate, add_import, add_render,
-                           add_present, add_metric, add_quality, add_doctor, add_convert_camera,
-                           add_export_poses})
+    for (const auto add :
+         {add_demo, add_capture, add_merge, add_calibrate, add_import, add_render, add_present,
+          add_metric, add_quality, add_doctor, add_convert_camera, add_export_poses})
       add(app);
     app.parse(argc, argv);
     return 0;
