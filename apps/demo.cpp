@@ -62,7 +62,7 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
     progress(scene + ": " + what, done, total);
   };
   merge(dataset, step);
-  const PoseSolution poses = calibrate_poses(dataset, step);
+  const PoseSolution poses = calibrate_poses(dataset, step).solution;
   record_alignments(rig, dataset);
   const std::vector<EyeDisplayCalibration> eyes = calibrate_eyes(dataset);
   const TargetReport target = render_drlf(dataset, std::nullopt, true, step);
@@ -75,7 +75,7 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Eigen::Vector3d truth = camera_centre(true_T_camera_rsb(frames[i].reached_mm));
     centre_error2 += (camera_centre(poses.T_camera_rsb[i]) - truth).squaredNorm();
-    predicted2 += poses.centre_covariance_mm2[i].trace();
+    predicted2 += poses.centre_covariance_mm2(i).trace();
   }
   const double centre_rms_mm = std::sqrt(centre_error2 / frames.size());
   const double predicted_rms_mm = std::sqrt(predicted2 / frames.size());

@@ -9,6 +9,8 @@
 #include "apps/stations.h"
 #include "capture/import/colmap.h"
 #include "capture/import/light_field_renderer.h"
+#include "capture/import/llff.h"
+#include "capture/import/nerf.h"
 #include "capture/import/poses_json.h"
 #include "capture/import/stereo_rgbd.h"
 #include "core/error.h"
@@ -30,10 +32,13 @@ std::string guess_format(const fs::path& input) {
   if (!fs::exists(input)) throw FileError(input, "is missing", "check the path");
   if (fs::is_regular_file(input)) {
     if (input.extension() == ".exr") return "exr-stereo";
-    if (input.extension() == ".json") return "poses";
+    if (input.extension() == ".json")
+      return input.filename().string().starts_with("transforms") ? "nerf" : "poses";
   } else {
     if (has_colmap(input) || has_colmap(input / "colmap")) return "colmap";
     if (fs::exists(input / "poses.json")) return "poses";
+    if (fs::exists(input / "transforms.json")) return "nerf";
+    if (fs::exists(input / "poses_bounds.npy")) return "llff";
     if (fs::exists(input / "config.cfg")) return "light-field-renderer";
   }
   throw FileError(input, "states no poses in a form this program knows",
@@ -54,6 +59,17 @@ std::string import_views(const std::vector<ImportedView>& listed, const Dataset&
   store_light_field(dataset, views);
   return fmt::format("{} posed views, full white = {} cd/m2{}", views.size(), options.white_cd_m2,
                      note);
+}
+
+/// Which convention the poses have, and how well known points confirm it. Throws when they do not.
+std::string verified(const fs::path& file, const std::vector<ImportedView>& views,
+                     const std::vector<KnownPoint>& points, PoseConvention convention) {
+  if (points.empty())
+    return fmt::format(", poses {} (not verified: the input holds no known points)",
+                       to_string(convention));
+  return fmt::format(", poses {}, median reprojection error {:.2f} px of {} known points",
+                     to_string(convention), require_convention(file, views, points, convention),
+                     points.size());
 }
 
 std::string import_stereo(const fs::path& input, const Dataset& dataset,
@@ -107,6 +123,13 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
     throw ArgumentError("white, field of view and scale must be positive numbers",
                         "see `wheatstone import --help`");
   const std::string format = options.format == "auto" ? guess_format(input) : options.format;
+  std::optional<PoseConvention> convention;
+  if (!options.convention.empty()) {
+    convention = pose_convention_from_string(options.convention);
+    if (format != "nerf" && format != "llff")
+      throw ArgumentError("the convention of " + format + " poses is fixed",
+                          "leave --convention out; it is for nerf and llff");
+  }
   make_folder(dataset.root());
   double mm_per_unit = options.mm_per_unit;
   std::string line;
@@ -119,17 +142,26 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
       const ColmapModel colmap = read_colmap(model, input / "images", mm_per_unit);
       line = import_views(
           colmap.views, dataset, options,
-          fmt::format(", median reprojection error {:.2f} px, {} posed pictures "
-                      "are not there",
-                      median_reprojection_error_px(colmap), colmap.missing_files.size()));
+          verified(model, colmap.views, known_points(colmap), kColmapConvention) +
+              fmt::format(", {} posed pictures are not there", colmap.missing_files.size()));
+    } else if (format == "nerf") {
+      const fs::path file = fs::is_directory(input) ? input / "transforms.json" : input;
+      const NerfModel nerf = read_nerf(file, mm_per_unit, convention);
+      line = import_views(nerf.views, dataset, options,
+                          verified(file, nerf.views, nerf.known_points, nerf.convention));
+    } else if (format == "llff") {
+      const LlffModel llff = read_llff(input, mm_per_unit, convention);
+      line = import_views(llff.views, dataset, options,
+                          verified(input, llff.views, {}, convention.value_or(kLlffConvention)));
     } else if (format == "light-field-renderer") {
       line = import_views(read_light_field_folder(input), dataset, options, "");
     } else if (format == "poses") {
       line = import_views(read_poses_json(fs::is_directory(input) ? input / "poses.json" : input),
                           dataset, options, "");
     } else {
-      throw ArgumentError("'" + format + "' is no input format",
-                          "use auto, exr-stereo, light-field-renderer, colmap or poses");
+      throw ArgumentError(
+          "'" + format + "' is no input format",
+          "use auto, exr-stereo, light-field-renderer, colmap, nerf, llff or poses");
     }
   }
   DatasetManifest manifest;

@@ -15,7 +15,8 @@ int main(int argc, char** argv) {
     using namespace wheatstone::apps;
     for (const auto add :
          {add_demo, add_capture, add_merge, add_demosaic, add_estimate_exposures, add_measure_noise,
-          add_calibrate, add_import, add_render, add_present, add_metric, add_quality, add_doctor})
+          add_calibrate, add_convert_camera, add_import, add_export_poses, add_render, add_present,
+          add_metric, add_quality, add_doctor})
       add(app);
     app.parse(argc, argv);
     return 0;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
+#include "apps/plot.h"
 #include "calib/eye_solver.h"
+#include "calib/marker_matching.h"
 #include "calib/markers.h"
 #include "capture/import/poses_json.h"
 #include "capture/merge.h"
@@ -16,6 +19,8 @@
 #include "core/png.h"
 
 namespace wheatstone::apps {
+
+using nlohmann::json;
 
 namespace {
 
@@ -49,18 +54,150 @@ void merge(const Dataset& dataset, const Progress& progress, Shard shard) {
   }
 }
 
-PoseSolution calibrate_poses(const Dataset& dataset, const Progress& progress) {
-  const CameraProfile camera = dataset.read_camera();
-  const std::vector<CapturedView> frames = dataset.read_frames();
-  const std::vector<Eigen::Vector3d> markers = dataset.read_landmarks().markers_mm;
-  std::vector<std::vector<Eigen::Vector2d>> seen;
+namespace {
+
+constexpr double kNearPlaneMm = 360;
+// A view whose markers fit 5 times worse than the median's, and worse than half a pixel, does not
+// belong to the others' rail.
+constexpr double kMisfitOfMedian = 5, kMisfitPx = 0.5;
+
+json bad_views_json(const std::vector<BadView>& bad) {
+  json list = json::array();
+  for (const BadView& b : bad) list.push_back({{"name", b.name}, {"reason", b.reason}});
+  return list;
+}
+
+/// The markers in every view's frame; views that do not show them as they stand go to `bad`.
+std::vector<std::vector<MarkerSighting>> sightings(const Dataset& dataset,
+                                                   const CameraProfile& camera,
+                                                   const std::vector<Eigen::Vector3d>& markers,
+                                                   std::vector<CapturedView>& frames,
+                                                   std::vector<BadView>& bad) {
+  std::vector<std::vector<MarkerSighting>> seen;
+  std::vector<CapturedView> good;
   for (const CapturedView& view : frames) {
-    const MosaicImage frame = read_mosaic_png(dataset.file(view.marker_frame.file), camera.pattern);
-    const auto centres =
-        order_markers(find_markers(frame, camera), dataset.file(view.marker_frame.file).string());
-    seen.emplace_back(centres.begin(), centres.end());
+    const std::string file = dataset.file(view.marker_frame.file).string();
+    const MosaicImage frame = read_mosaic_png(file, camera.pattern);
+    try {
+      std::vector<MarkerSighting> marks;
+      for (const MarkerBlob& b : match_markers(find_markers(frame, camera), markers,
+                                               camera.intrinsics, camera.distortion, file))
+        marks.push_back({b.centroid_px, b.covariance_px2});
+      seen.push_back(marks);
+      good.push_back(view);
+    } catch (const ArgumentError& e) {
+      bad.push_back({view.name, e.what()});
+    }
   }
-  const PoseSolution solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion);
+  frames = good;
+  return seen;
+}
+
+std::vector<std::size_t> misfits(const PoseSolution& solution) {
+  std::vector<double> sorted = solution.view_rms_px;
+  std::sort(sorted.begin(), sorted.end());
+  const double limit = std::max(kMisfitPx, kMisfitOfMedian * sorted[sorted.size() / 2]);
+  std::vector<std::size_t> found;
+  for (std::size_t v = 0; v < sorted.size(); ++v)
+    if (solution.view_rms_px[v] > limit) found.push_back(v);
+  return found;
+}
+
+void require_no_bad_views(const std::vector<BadView>& bad, std::size_t good) {
+  if (bad.empty()) return;
+  std::string names;
+  for (const BadView& b : bad) names += (names.empty() ? "" : ", ") + b.name;
+  throw ArgumentError(
+      "bad view " + names + ": " + bad.front().reason,
+      good == 0 ? "no view is left" : "or leave such views out with --skip-bad-views");
+}
+
+/// How far the carriage strays from a straight rail with even steps, over its own positions.
+void write_rail_plot(const std::filesystem::path& file, const RailReport& rail,
+                     const std::vector<double>& positions_mm) {
+  const PlotAxis position = {"position on the rail (mm)"};
+  Plot across("Straightness", position, {"distance from the best line (mm)"});
+  const char* const names[] = {"right", "up", "towards viewer"};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> off;
+    for (const Eigen::Vector3d& p : rail.off_line_mm) off.push_back(p[axis]);
+    across.points(names[axis], positions_mm, off);
+  }
+  Plot along("Steps", position, {"travel beyond what was asked, scale taken out (mm)"});
+  along.points("step error", positions_mm, rail.step_error_mm);
+  along.hide_legend();
+  write_svg(file, {across, along});
+}
+
+void write_pose_report(const Dataset& dataset, const CameraProfile& camera,
+                       const std::vector<CapturedView>& frames, const PoseSolution& s,
+                       const std::vector<BadView>& bad, const CommonBox& box,
+                       std::optional<RailReport>& rail) {
+  json views = json::array();
+  std::vector<double> positions_mm;
+  for (std::size_t v = 0; v < frames.size(); ++v) {
+    positions_mm.push_back(frames[v].reached_mm);
+    views.push_back(
+        {{"name", frames[v].name},
+         {"centre_rsb_mm", to_json(camera_centre(s.T_camera_rsb[v]))},
+         {"covariance_rad_mm", to_json(Eigen::MatrixXd(s.covariance[v]))},
+         {"rms_px", s.view_rms_px[v]},
+         {"near_plane_sigma_px",
+          plane_uncertainty_px(s.T_camera_rsb[v], s.covariance[v], camera.intrinsics,
+                               camera.distortion, kNearPlaneMm, box.min_mm, box.max_mm)}});
+  }
+  json document = {{"views", views},
+                   {"rms_px", s.rms_px},
+                   {"rms_free_px", s.rms_free_px},
+                   {"noise_factor", s.noise_factor},
+                   {"bad_views", bad_views_json(bad)},
+                   {"rail", nullptr}};
+  const auto [least, most] = std::minmax_element(positions_mm.begin(), positions_mm.end());
+  if (*most > *least) {
+    rail = report_rail(s.free_centres_rsb, positions_mm);
+    document["rail"] = {{"direction_rsb", to_json(rail->direction_rsb)},
+                        {"straightness_rms_mm", rail->straightness_rms_mm},
+                        {"straightness_largest_mm", rail->straightness_largest_mm},
+                        {"pitch_mm", rail->pitch_mm},
+                        {"scale", rail->scale},
+                        {"step_error_rms_mm", rail->step_error_rms_mm},
+                        {"step_error_largest_mm", rail->step_error_largest_mm}};
+    for (std::size_t v = 0; v < frames.size(); ++v) {
+      document["views"][v]["off_line_mm"] = to_json(rail->off_line_mm[v]);
+      document["views"][v]["step_error_mm"] = rail->step_error_mm[v];
+    }
+    write_rail_plot(dataset.file("rail.svg"), *rail, positions_mm);
+  }
+  write_json(dataset.file("pose_report.json"), "wheatstone-pose-report/1", document);
+}
+
+}  // namespace
+
+PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress,
+                                const PoseCalibrationOptions& options) {
+  const CameraProfile camera = dataset.read_camera();
+  PoseCalibration out;
+  out.frames = dataset.read_frames();
+  const std::vector<Eigen::Vector3d> markers = dataset.read_landmarks().markers_mm;
+  auto seen = sightings(dataset, camera, markers, out.frames, out.bad_views);
+  if (!options.skip_bad_views || seen.empty()) require_no_bad_views(out.bad_views, seen.size());
+  out.solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion, options.solver);
+  if (const auto odd = misfits(out.solution); !odd.empty()) {
+    for (auto v = odd.rbegin(); v != odd.rend(); ++v) {
+      const auto at = static_cast<std::ptrdiff_t>(*v);
+      char reason[160];
+      std::snprintf(reason, sizeof reason,
+                    "its markers fit the other views' rail to %.2f px only (median %.2f px)",
+                    out.solution.view_rms_px[*v], out.solution.rms_free_px);
+      out.bad_views.push_back({out.frames[*v].name, reason});
+      out.frames.erase(out.frames.begin() + at);
+      seen.erase(seen.begin() + at);
+    }
+    if (!options.skip_bad_views || seen.empty()) require_no_bad_views(out.bad_views, seen.size());
+    out.solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion, options.solver);
+  }
+  const std::vector<CapturedView>& frames = out.frames;
+  const PoseSolution& solution = out.solution;
 
   std::vector<ImportedView> posed;
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -69,6 +206,7 @@ PoseSolution calibrate_poses(const Dataset& dataset, const Progress& progress) {
   write_poses_json(dataset.file("poses.json"), posed);
 
   const CommonBox box;
+  write_pose_report(dataset, camera, frames, solution, out.bad_views, box, out.rail);
   const cv::Size size = common_size(camera.intrinsics, solution.T_camera_rsb, box);
   make_folder(dataset.file("views"));
   std::vector<ImportedView> cropped;
@@ -82,7 +220,7 @@ PoseSolution calibrate_poses(const Dataset& dataset, const Progress& progress) {
     progress("crop", static_cast<int>(i) + 1, static_cast<int>(posed.size()));
   }
   write_poses_json(dataset.file("views.json"), cropped);
-  return solution;
+  return out;
 }
 
 std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset& dataset) {

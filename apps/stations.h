@@ -8,6 +8,7 @@
 
 #include "apps/shard.h"
 #include "calib/pose_solver.h"
+#include "calib/rail.h"
 #include "capture/import/imported_view.h"
 #include "core/dataset.h"
 #include "hardware/rig.h"
@@ -20,8 +21,25 @@ using Progress = std::function<void(const std::string& what, int done, int total
 /// are kept. Errors: FileError naming the view's frames.
 void merge(const Dataset&, const Progress&, Shard = {});
 
-/// Marker frames to poses.json, then all views cropped to the common box: views/*.exr, views.json.
-PoseSolution calibrate_poses(const Dataset&, const Progress&);
+struct PoseCalibrationOptions {
+  PoseOptions solver;
+  bool skip_bad_views = false;  // leave them out instead of stopping
+};
+/// A view whose markers contradict where the LEDs stand, or the other views.
+struct BadView {
+  std::string name, reason;
+};
+struct PoseCalibration {
+  PoseSolution solution;
+  std::vector<CapturedView> frames;  // the views of the solution, in its order
+  std::vector<BadView> bad_views;
+  std::optional<RailReport> rail;  // if the views stand at different positions
+};
+/// Marker frames to poses.json, pose_report.json and, if the views stand at different positions,
+/// rail.svg; then all views cropped to the common box: views/*.exr, views.json. Errors:
+/// ArgumentError naming all bad views, unless they are skipped.
+PoseCalibration calibrate_poses(const Dataset&, const Progress&,
+                                const PoseCalibrationOptions& = {});
 
 /// alignments.json to eyes.json.
 std::vector<EyeDisplayCalibration> calibrate_eyes(const Dataset&);

@@ -108,11 +108,10 @@ MarkerBlob measure(const Balanced& b, const cv::Mat1i& labels, int label, const 
   });
   if (!(blob.signal_dn > 0)) return blob;
   blob.centroid_px = moment / blob.signal_dn;
-  double variance = 0;
   visit([&](const Eigen::Vector2d& p, double, double v) {
-    variance += (p - blob.centroid_px).squaredNorm() / 2 * v;
+    const Eigen::Vector2d lever = p - blob.centroid_px;
+    blob.covariance_px2 += v / (blob.signal_dn * blob.signal_dn) * lever * lever.transpose();
   });
-  blob.sigma_px = std::sqrt(variance) / blob.signal_dn;
   return blob;
 }
 
@@ -149,8 +148,8 @@ std::vector<MarkerBlob> find_markers(const MosaicImage& frame, const CameraProfi
   return blobs;
 }
 
-std::array<Eigen::Vector2d, 4> order_markers(std::span<const MarkerBlob> blobs,
-                                             const std::string& what) {
+std::array<MarkerBlob, 4> order_markers(std::span<const MarkerBlob> blobs,
+                                        const std::string& what) {
   if (blobs.size() < 4)
     throw ArgumentError(what + ": found " + std::to_string(blobs.size()) + " of 4 marker LEDs",
                         "switch all four LEDs on, darken the room, free the view to them or "
@@ -158,14 +157,18 @@ std::array<Eigen::Vector2d, 4> order_markers(std::span<const MarkerBlob> blobs,
   std::vector<MarkerBlob> strongest(blobs.begin(), blobs.end());
   std::partial_sort(
       strongest.begin(), strongest.begin() + 4, strongest.end(),
-      [](const MarkerBlob& x, const MarkerBlob& y) { return x.signal_dn > y.signal_dn; });
-  std::array<Eigen::Vector2d, 4> p;
-  for (std::size_t i = 0; i < 4; ++i) p[i] = strongest[i].centroid_px;
+      [](const MarkerBlob& a, const MarkerBlob& b) { return a.signal_dn > b.signal_dn; });
+  std::array<MarkerBlob, 4> p;
+  std::copy_n(strongest.begin(), 4, p.begin());
+  const auto x = [](const MarkerBlob& b) { return b.centroid_px.x(); };
   // Image rows go down: the two largest y are the bottom markers.
-  std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.y() > b.y(); });
-  if (p[0].x() > p[1].x()) std::swap(p[0], p[1]);
-  if (p[2].x() > p[3].x()) std::swap(p[2], p[3]);
-  const std::array<Eigen::Vector2d, 4> ring = {p[0], p[2], p[3], p[1]};  // clockwise on screen
+  std::sort(p.begin(), p.end(), [](const MarkerBlob& a, const MarkerBlob& b) {
+    return a.centroid_px.y() > b.centroid_px.y();
+  });
+  if (x(p[0]) > x(p[1])) std::swap(p[0], p[1]);
+  if (x(p[2]) > x(p[3])) std::swap(p[2], p[3]);
+  const std::array<Eigen::Vector2d, 4> ring = {p[0].centroid_px, p[2].centroid_px, p[3].centroid_px,
+                                               p[1].centroid_px};  // clockwise
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d a = ring[(i + 1) % 4] - ring[i];
     const Eigen::Vector2d b = ring[(i + 2) % 4] - ring[(i + 1) % 4];

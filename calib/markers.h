@@ -17,8 +17,10 @@ namespace wheatstone {
 struct MarkerBlob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  // distorted pixels, first centre (0, 0)
   double signal_dn = 0;  // sum over the blob above its local background, white-balanced DN
-  double sigma_px = 0;   // predicted standard deviation of the centroid, RMS of x and y
-  int area_px = 0;       // 2x2 cells above the detection threshold
+  /// Predicted from photon, read and rounding noise. It does not know the bias of a sharp disc on
+  /// a mosaic (find_markers()).
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();
+  int area_px = 0;  // 2x2 cells above the detection threshold
 };
 
 /// The blobs of `frame` that stand out of its noise, strongest first; may be empty. The frame's
@@ -28,11 +30,10 @@ struct MarkerBlob {
 /// or if the profile gives white light no response in a colour.
 std::vector<MarkerBlob> find_markers(const MosaicImage& frame, const CameraProfile&);
 
-/// The centres of the four strongest blobs in the order bottom-left, bottom-right, top-left,
+/// The four strongest blobs in the order bottom-left, bottom-right, top-left,
 /// top-right as seen in an upright image (roll below about 35 degrees). `what` names the frame in
 /// messages. Throws ArgumentError when fewer than four blobs are given or when the four strongest
 /// do not form a convex quadrilateral.
-std::array<Eigen::Vector2d, 4> order_markers(std::span<const MarkerBlob> blobs,
-                                             const std::string& what);
+std::array<MarkerBlob, 4> order_markers(std::span<const MarkerBlob> blobs, const std::string& what);
 
 }  // namespace wheatstone

@@ -3,48 +3,79 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/SVD>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <opencv2/calib3d.hpp>
 
+#include "calib/pnp.h"
 #include "core/error.h"
 
 namespace wheatstone {
 namespace {
 
-/// p_camera = exp(turn) R_start (p - centre): the turn stays small, away from the angle-axis
-/// singularity that "straight into the box" (half a turn about x) sits on.
+constexpr double kTrustedFreedom = 8;  // with fewer, the residuals' scatter says little
+
+/// The pixel of p_camera = exp(turn) R_start (p - centre): the turn stays small, away from the
+/// angle-axis singularity that "straight into the box" (half a turn about x) sits on.
+template <class T>
+bool project_marker(const Eigen::Matrix3d& R_start, const Eigen::Vector3d& p_rsb,
+                    const Intrinsics& k, const Distortion& d, const T* turn, const T* centre,
+                    T* px) {
+  const Eigen::Matrix<T, 3, 1> offset(T(p_rsb.x()) - centre[0], T(p_rsb.y()) - centre[1],
+                                      T(p_rsb.z()) - centre[2]);
+  const Eigen::Matrix<T, 3, 1> start = R_start.cast<T>() * offset;
+  T p[3];
+  ceres::AngleAxisRotatePoint(turn, start.data(), p);
+  if (!(p[2] > T(0))) return false;
+  const auto c = d.coefficients();
+  const Eigen::Matrix<T, 2, 1> xy = distort(c.data(), d.fisheye, T(p[0] / p[2]), T(p[1] / p[2]));
+  px[0] = k.fx_px * xy[0] + k.skew_px * xy[1] + k.cx_px;
+  px[1] = k.fy_px * xy[1] + k.cy_px;
+  return true;
+}
+
+/// One marker in one view. Residual: 2, predicted - seen in units of its standard deviation.
 struct Reprojection {
   Eigen::Matrix3d R_start;
   Eigen::Vector3d p_rsb;
   Eigen::Vector2d seen_px;
+  Eigen::Matrix2d whitening;  // 1/px: W^T W is the inverse of the sighting's covariance
   Intrinsics k;
   Distortion d;
 
   template <class T>
   bool operator()(const T* turn, const T* centre, T* residual) const {
-    const Eigen::Matrix<T, 3, 1> offset(T(p_rsb.x()) - centre[0], T(p_rsb.y()) - centre[1],
-                                        T(p_rsb.z()) - centre[2]);
-    const Eigen::Matrix<T, 3, 1> start = R_start.cast<T>() * offset;
-    T p[3];
-    ceres::AngleAxisRotatePoint(turn, start.data(), p);
-    if (!(p[2] > T(0))) return false;
-    const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-    const T radial = 1.0 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-    const T xd = x * radial + 2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x);
-    const T yd = y * radial + d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y;
-    residual[0] = k.fx_px * xd + k.skew_px * yd + k.cx_px - seen_px.x();
-    residual[1] = k.fy_px * yd + k.cy_px - seen_px.y();
+    T px[2];
+    if (!project_marker(R_start, p_rsb, k, d, turn, centre, px)) return false;
+    const T dx = px[0] - seen_px.x(), dy = px[1] - seen_px.y();
+    residual[0] = whitening(0, 0) * dx + whitening(0, 1) * dy;
+    residual[1] = whitening(1, 0) * dx + whitening(1, 1) * dy;
+    return true;
+  }
+};
+
+/// Distance of a centre from the line through the two outermost ones. Residual: 3 (of rank 2), in
+/// units of the rail's straightness.
+struct OffTheRail {
+  double straightness_mm;
+
+  template <class T>
+  bool operator()(const T* first, const T* last, const T* centre, T* residual) const {
+    using Vector = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const Vector> a(first), b(last), c(centre);
+    const Vector along = b - a, offset = c - a;
+    const T share = along.dot(offset) / along.squaredNorm();
+    Eigen::Map<Vector> out(residual);
+    out = (offset - share * along) / T(straightness_mm);
     return true;
   }
 };
 
 struct Input {
   std::span<const Eigen::Vector3d> markers;
-  std::span<const std::vector<Eigen::Vector2d>> seen;
+  std::span<const std::vector<MarkerSighting>> seen;
   const Intrinsics& k;
   const Distortion& d;
 };
@@ -71,54 +102,12 @@ void check(const Input& in) {
       throw ArgumentError(view_name(v) + ": " + std::to_string(in.seen[v].size()) + " points for " +
                               std::to_string(in.markers.size()) + " markers",
                           "give one image point per marker, in the markers' order");
-}
-
-bool coplanar(std::span<const Eigen::Vector3d> points) {
-  Eigen::Matrix3Xd m(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) m.col(static_cast<Eigen::Index>(i)) = points[i];
-  m.colwise() -= m.rowwise().mean().eval();
-  const Eigen::Vector3d s = Eigen::JacobiSVD<Eigen::Matrix3Xd>(m).singularValues();
-  return s[2] < 1e-6 * s[0];
-}
-
-RigidTransform start_pose(const Input& in, std::size_t v) {
-  std::vector<cv::Point3d> object;
-  std::vector<cv::Point2d> image;  // normalised, so the camera matrix is the identity
-  for (std::size_t i = 0; i < in.markers.size(); ++i) {
-    object.emplace_back(in.markers[i].x(), in.markers[i].y(), in.markers[i].z());
-    const double y = (in.seen[v][i].y() - in.k.cy_px) / in.k.fy_px;
-    const double x = (in.seen[v][i].x() - in.k.cx_px - in.k.skew_px * y) / in.k.fx_px;
-    const Eigen::Vector2d u = undistort(in.d, {x, y});
-    image.emplace_back(u.x(), u.y());
-  }
-  cv::Mat rvec, tvec;
-  bool found = false;
-  // IPPE can end in NaN when the markers are seen exactly head-on; the homography start does not.
-  const bool flat = coplanar(in.markers);
-  for (const auto method :
-       {flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP, cv::SOLVEPNP_ITERATIVE}) {
-    if (method == cv::SOLVEPNP_ITERATIVE && !flat && in.markers.size() < 6) break;
-    try {
-      found = cv::solvePnP(object, image, cv::Matx33d::eye(), cv::noArray(), rvec, tvec, false,
-                           method) &&
-              cv::checkRange(rvec) && cv::checkRange(tvec);
-    } catch (const cv::Exception&) {
-      found = false;  // degenerate points; reported below in our words
-    }
-    if (found) break;
-  }
-  if (!found)
-    throw ArgumentError(view_name(v) + ": no camera pose explains the marker positions",
-                        "check the order of the markers and the camera's intrinsics");
-  cv::Matx33d R;
-  cv::Rodrigues(rvec, R);
-  const RigidTransform T = {to_eigen(R),
-                            {tvec.at<double>(0), tvec.at<double>(1), tvec.at<double>(2)}};
-  for (const Eigen::Vector3d& p : in.markers)
-    if (!((T * p).z() > 0))
-      throw ArgumentError(view_name(v) + ": the markers come out behind the camera",
-                          "check the order of the markers (mirrored image?)");
-  return T;
+  for (std::size_t v = 0; v < in.seen.size(); ++v)
+    for (const MarkerSighting& m : in.seen[v])
+      if (!m.px.allFinite() || !(m.covariance_px2.determinant() > 0) ||
+          !(m.covariance_px2.trace() > 0))
+        throw ArgumentError(view_name(v) + ": a marker has no position or no covariance",
+                            "find the markers again");
 }
 
 Eigen::Matrix3d mean_rotation(const std::vector<RigidTransform>& poses) {
@@ -130,93 +119,212 @@ Eigen::Matrix3d mean_rotation(const std::vector<RigidTransform>& poses) {
   return svd.matrixU() * D * svd.matrixV().transpose();
 }
 
-/// One bundle: refines all centres and one (shared) or all rotations. Fills poses, residuals and
-/// RMS, and the covariances if wanted.
-PoseSolution refine(const Input& in, const std::vector<RigidTransform>& starts, bool share,
-                    const PoseOptions& options, bool want_covariance) {
-  const std::size_t views = starts.size();
-  const Eigen::Matrix3d R_mean = mean_rotation(starts);
-  std::vector<std::array<double, 3>> turns(share ? 1 : views, {0, 0, 0}), centres(views);
-  ceres::Problem problem;
-  for (std::size_t v = 0; v < views; ++v) {
-    Eigen::Map<Eigen::Vector3d>(centres[v].data()) = camera_centre(starts[v]);
-    for (std::size_t i = 0; i < in.markers.size(); ++i)
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<Reprojection, 2, 3, 3>(new Reprojection{
-              share ? R_mean : starts[v].R, in.markers[i], in.seen[v][i], in.k, in.d}),
-          nullptr, turns[share ? 0 : v].data(), centres[v].data());
-  }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_QR;
-  solver.max_num_iterations = 100;
-  solver.function_tolerance = solver.parameter_tolerance = 1e-14;
-  solver.gradient_tolerance = 1e-12;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  if (!summary.IsSolutionUsable())
-    throw ArgumentError("the camera poses do not converge: " + summary.message,
-                        "check the marker positions and the camera's intrinsics");
-
-  PoseSolution out;
-  double sum = 0;
-  for (std::size_t v = 0; v < views; ++v) {
-    Eigen::Matrix3d turn;
-    ceres::AngleAxisToRotationMatrix(turns[share ? 0 : v].data(), turn.data());
-    const Eigen::Matrix3d R = turn * (share ? R_mean : starts[v].R);
-    out.T_camera_rsb.push_back({R, -(R * Eigen::Map<Eigen::Vector3d>(centres[v].data()))});
-    out.residuals_px.emplace_back();
-    for (std::size_t i = 0; i < in.markers.size(); ++i) {
-      out.residuals_px[v].push_back(project(in.k, in.d, out.T_camera_rsb[v] * in.markers[i]) -
-                                    in.seen[v][i]);
-      sum += out.residuals_px[v].back().squaredNorm();
+/// One bundle: all centres and one (shared) or all rotations.
+class Bundle {
+ public:
+  Bundle(const Input& in, const std::vector<RigidTransform>& starts, bool share,
+         double noise_factor)
+      : in_(in), share_(share), centres_(starts.size()) {
+    const Eigen::Matrix3d R_mean = mean_rotation(starts);
+    for (const RigidTransform& T : starts) {
+      const std::size_t v = R_start_.size();
+      R_start_.push_back(share ? R_mean : T.R);
+      if (!share || v == 0) turns_.push_back({0, 0, 0});
+      Eigen::Map<Eigen::Vector3d>(centres_[v].data()) = camera_centre(T);
     }
+    for (std::size_t v = 0; v < starts.size(); ++v)
+      for (std::size_t i = 0; i < in.markers.size(); ++i) {
+        const MarkerSighting& m = in.seen[v][i];
+        const Eigen::Matrix2d L = m.covariance_px2.llt().matrixL();
+        problem_.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<Reprojection, 2, 3, 3>(new Reprojection{
+                R_start_[v], in.markers[i], m.px, L.inverse() / noise_factor, in.k, in.d}),
+            nullptr, turn(v), centres_[v].data());
+      }
   }
-  const double points = static_cast<double>(views * in.markers.size());
-  out.rms_px = std::sqrt(sum / points);
-  if (!want_covariance) return out;
 
-  const double freedom = 2 * points - 3 * static_cast<double>(views + turns.size());
-  const double seen_sigma = freedom > 0 ? std::sqrt(sum / freedom) : 0;
-  const double sigma = std::max(options.centroid_sigma_px, seen_sigma);
-  ceres::Covariance::Options covariance_options;
-  covariance_options.algorithm_type = ceres::DENSE_SVD;
-  ceres::Covariance covariance(covariance_options);
-  std::vector<std::pair<const double*, const double*>> blocks;
-  for (const auto& c : centres) blocks.emplace_back(c.data(), c.data());
-  if (!covariance.Compute(blocks, &problem))
-    throw ArgumentError("the camera positions are not determined by the markers",
-                        "check the marker positions");
-  for (const auto& c : centres) {
-    Eigen::Matrix<double, 3, 3, Eigen::RowMajor> block;
-    covariance.GetCovarianceBlock(c.data(), c.data(), block.data());
-    out.centre_covariance_mm2.push_back(sigma * sigma * block);
+  void add_straight_rail(double straightness_mm) {
+    // The two outermost centres, which stay so.
+    std::size_t first = 0, last = 0;
+    double longest = 0;
+    for (std::size_t a = 0; a < centres_.size(); ++a)
+      for (std::size_t b = a + 1; b < centres_.size(); ++b)
+        if (const double length = (centre(a) - centre(b)).norm(); length > longest)
+          longest = length, first = a, last = b;
+    for (std::size_t v = 0; v < centres_.size(); ++v)
+      if (longest > 0 && v != first && v != last)
+        problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<OffTheRail, 3, 3, 3, 3>(
+                                      new OffTheRail{straightness_mm}),
+                                  nullptr, centres_[first].data(), centres_[last].data(),
+                                  centres_[v].data());
   }
-  return out;
+
+  void solve() {
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::DENSE_QR;
+    solver.max_num_iterations = 100;
+    solver.function_tolerance = solver.parameter_tolerance = 1e-14;
+    solver.gradient_tolerance = 1e-12;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    if (!summary.IsSolutionUsable())
+      throw ArgumentError("the camera poses do not converge: " + summary.message,
+                          "check the marker positions and the camera's intrinsics");
+  }
+
+  RigidTransform pose(std::size_t v) const {
+    Eigen::Matrix3d turn_matrix;
+    ceres::AngleAxisToRotationMatrix(turns_[share_ ? 0 : v].data(), turn_matrix.data());
+    const Eigen::Matrix3d R = turn_matrix * R_start_[v];
+    return {R, -(R * centre(v))};
+  }
+  Eigen::Vector3d centre(std::size_t v) const {
+    return Eigen::Map<const Eigen::Vector3d>(centres_[v].data());
+  }
+
+  /// Sum of squares of the markers' residuals in their units, and its degrees of freedom.
+  double squares() {
+    double cost = 0;
+    problem_.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+    return 2 * cost;
+  }
+  double freedom() const {
+    return static_cast<double>(2 * centres_.size() * in_.markers.size()) -
+           3 * static_cast<double>(centres_.size() + turns_.size());
+  }
+
+  std::vector<Eigen::Matrix<double, 6, 6>> covariance() {
+    ceres::Covariance::Options options;
+    options.algorithm_type = ceres::DENSE_SVD;
+    ceres::Covariance covariance(options);
+    std::vector<std::vector<const double*>> views;
+    std::vector<std::pair<const double*, const double*>> blocks;
+    for (std::size_t v = 0; v < centres_.size(); ++v) {
+      views.push_back({turn(v), centres_[v].data()});
+      blocks.emplace_back(turn(v), centres_[v].data());
+      blocks.emplace_back(centres_[v].data(), centres_[v].data());
+      if (!share_ || v == 0) blocks.emplace_back(turn(v), turn(v));
+    }
+    if (!covariance.Compute(blocks, &problem_))
+      throw ArgumentError("the camera positions are not determined by the markers",
+                          "check the marker positions");
+    std::vector<Eigen::Matrix<double, 6, 6>> out;
+    for (const auto& view : views) {
+      Eigen::Matrix<double, 6, 6, Eigen::RowMajor> block;
+      covariance.GetCovarianceMatrix(view, block.data());
+      out.emplace_back(block);
+    }
+    return out;
+  }
+
+ private:
+  double* turn(std::size_t v) { return turns_[share_ ? 0 : v].data(); }
+
+  const Input& in_;
+  bool share_;
+  std::vector<Eigen::Matrix3d> R_start_;
+  std::vector<std::array<double, 3>> turns_, centres_;
+  ceres::Problem problem_;
+};
+
+double rms(const std::vector<std::vector<Eigen::Vector2d>>& residuals) {
+  double squares = 0, count = 0;
+  for (const auto& view : residuals)
+    for (const Eigen::Vector2d& r : view) squares += r.squaredNorm(), ++count;
+  return std::sqrt(squares / count);
+}
+
+std::vector<std::vector<Eigen::Vector2d>> residuals(const Input& in, const Bundle& bundle) {
+  std::vector<std::vector<Eigen::Vector2d>> all(in.seen.size());
+  for (std::size_t v = 0; v < in.seen.size(); ++v)
+    for (std::size_t i = 0; i < in.markers.size(); ++i)
+      all[v].push_back(project(in.k, in.d, bundle.pose(v) * in.markers[i]) - in.seen[v][i].px);
+  return all;
 }
 
 }  // namespace
 
 PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
-                         std::span<const std::vector<Eigen::Vector2d>> seen_px_per_view,
+                         std::span<const std::vector<MarkerSighting>> seen_per_view,
                          const Intrinsics& k, const Distortion& d, const PoseOptions& options) {
-  const Input in{markers_rsb, seen_px_per_view, k, d};
+  const Input in{markers_rsb, seen_per_view, k, d};
   check(in);
+  if (!(options.rail_straightness_mm > 0))
+    throw ArgumentError("the rail's straightness must be above 0 mm",
+                        "give its standard deviation");
   std::vector<RigidTransform> starts;
-  for (std::size_t v = 0; v < in.seen.size(); ++v) starts.push_back(start_pose(in, v));
-  PoseSolution out = refine(in, starts, options.share_rotation, options, true);
-  out.rms_free_px =
-      options.share_rotation ? refine(in, starts, false, options, false).rms_px : out.rms_px;
+  for (std::size_t v = 0; v < in.seen.size(); ++v) {
+    std::vector<Eigen::Vector2d> px;
+    for (const MarkerSighting& m : in.seen[v]) px.push_back(m.px);
+    starts.push_back(pose_from_points(in.markers, px, k, d, view_name(v)));
+  }
+
+  // Without the straightness prior first: its residuals tell how large the sightings' errors are,
+  // and its centres how straight the rail is.
+  Bundle loose(in, starts, options.straight_rail, 1);
+  loose.solve();
+  // Of a plane's two poses the wrong one may start a view and put its centre beyond the outermost.
+  for (std::size_t v = 0; v < starts.size(); ++v) starts[v] = loose.pose(v);
+  PoseSolution out;
+  // Few residuals leave their own size in doubt: Student's t with n degrees of freedom has the
+  // variance n / (n - 2), which makes 1.96 standard deviations hold 95 % from n = 8 on.
+  const double n = loose.freedom();
+  out.noise_factor = n >= kTrustedFreedom
+                         ? std::sqrt(loose.squares() / (n - 2))
+                         : std::max(1.0, std::sqrt(loose.squares() / std::max(n, 1.0)));
+  // Noise-free sightings leave no residuals; the covariance is then 0 to rounding.
+  out.noise_factor = std::max(out.noise_factor, 1e-6);
+  Bundle bundle(in, starts, options.straight_rail, out.noise_factor);
+  if (options.straight_rail) bundle.add_straight_rail(options.rail_straightness_mm);
+  bundle.solve();
+  out.covariance = bundle.covariance();
+  out.residuals_px = residuals(in, bundle);
+  for (std::size_t v = 0; v < in.seen.size(); ++v) {
+    out.T_camera_rsb.push_back(bundle.pose(v));
+    out.free_centres_rsb.push_back(loose.centre(v));
+    out.view_rms_px.push_back(rms({out.residuals_px[v]}));
+  }
+  out.rms_px = out.rms_free_px = rms(out.residuals_px);
+  if (options.straight_rail) {
+    Bundle free(in, starts, false, 1);
+    free.solve();
+    out.rms_free_px = rms(residuals(in, free));
+  }
+
   double worst_mm = 0;
-  for (const Eigen::Matrix3d& c : out.centre_covariance_mm2)
-    worst_mm = std::max(worst_mm, std::sqrt(c.trace()));
+  for (std::size_t v = 0; v < in.seen.size(); ++v)
+    worst_mm = std::max(worst_mm, std::sqrt(out.centre_covariance_mm2(v).trace()));
   char line[200];
   std::snprintf(line, sizeof line,
                 "%zu poses, %s: RMS %.3f px (free rotations %.3f px), worst centre sigma %.3f mm",
-                in.seen.size(), options.share_rotation ? "one rotation" : "a rotation each",
+                in.seen.size(), options.straight_rail ? "one rotation" : "a rotation each",
                 out.rms_px, out.rms_free_px, worst_mm);
   out.report = line;
   return out;
+}
+
+double plane_uncertainty_px(const RigidTransform& T, const Eigen::Matrix<double, 6, 6>& covariance,
+                            const Intrinsics& k, const Distortion& d, double plane_z_mm,
+                            const Eigen::Vector2d& min_mm, const Eigen::Vector2d& max_mm) {
+  using Jet = ceres::Jet<double, 6>;
+  constexpr int kSide = 5;
+  const Eigen::Vector3d c = camera_centre(T);
+  Jet turn[3], centre[3];
+  for (int i = 0; i < 3; ++i) {
+    turn[i] = Jet(0, i);
+    centre[i] = Jet(c[i], 3 + i);
+  }
+  double sum = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Eigen::Vector2d share(i % kSide / (kSide - 1.0), i / kSide / (kSide - 1.0));
+    const Eigen::Vector2d xy = min_mm + share.cwiseProduct(max_mm - min_mm);
+    Jet px[2];
+    if (!project_marker(T.R, {xy.x(), xy.y(), plane_z_mm}, k, d, turn, centre, px))
+      throw ArgumentError("the plane is not in front of the camera", "check the poses' frame");
+    for (const Jet& value : px) sum += value.v.dot(covariance * value.v);
+  }
+  return std::sqrt(sum / (kSide * kSide));
 }
 
 }  // namespace wheatstone

@@ -58,11 +58,12 @@ json return_check(const Rig& rig, const Dataset& dataset, const Shot& first, con
     const auto before = centres(first), after = centres(last);
     // The camera looks along the box's axis: a move to the right shifts all markers to the left.
     const double px_per_mm =
-        (before[1] - before[0]).norm() /
+        (before[1].centroid_px - before[0].centroid_px).norm() /
         (rig.marker_positions_rsb_mm[1] - rig.marker_positions_rsb_mm[0]).norm();
     double shift_px = 0;
     for (std::size_t i = 0; i < before.size(); ++i)
-      shift_px += (after[i].x() - before[i].x()) / static_cast<double>(before.size());
+      shift_px += (after[i].centroid_px.x() - before[i].centroid_px.x()) /
+                  static_cast<double>(before.size());
     check["seen_mm"] = -shift_px / px_per_mm;
   } catch (const ArgumentError& e) {
     check["problem"] = e.what();  // the frames stay: the operator decides

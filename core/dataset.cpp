@@ -103,6 +103,9 @@ CameraProfile Dataset::read_camera() const {
 
 void Dataset::write_camera(const CameraProfile& c) const {
   const Distortion& d = c.distortion;
+  if (!d.has_five_coefficients())
+    throw ArgumentError("camera.json holds k1, k2, p1, p2, k3 alone, and this lens has more",
+                        "calibrate the capture camera with --distortion radtan5");
   write_json(file("camera.json"), "wheatstone-camera/1",
              {{"serial", c.serial},
               {"intrinsics", to_json(c.intrinsics)},

@@ -8,23 +8,43 @@
 namespace wheatstone {
 
 Eigen::Vector2d distort(const Distortion& d, const Eigen::Vector2d& xy) {
-  const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-  return {x * radial + 2 * d.p1 * x * y + d.p2 * (r2 + 2 * x * x),
-          y * radial + d.p1 * (r2 + 2 * y * y) + 2 * d.p2 * x * y};
+  return distort(d.coefficients().data(), d.fisheye, xy.x(), xy.y());
 }
 
 namespace {
+
+/// The factor g(r^2) that a radial model scales a point with, and 2 dg / d(r^2).
+struct RadialGain {
+  double gain, slope;
+};
+
+RadialGain radial_gain(const Distortion& d, double r2) {
+  if (!d.fisheye) {
+    const double above = 1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
+    const double below = 1 + r2 * (d.k4 + r2 * (d.k5 + r2 * d.k6));
+    const double above_slope = d.k1 + r2 * (2 * d.k2 + r2 * 3 * d.k3);
+    const double below_slope = d.k4 + r2 * (2 * d.k5 + r2 * 3 * d.k6);
+    return {above / below, 2 * (above_slope * below - above * below_slope) / (below * below)};
+  }
+  if (r2 < 1e-10) return {1 + r2 * (d.k1 - 1.0 / 3), 2 * (d.k1 - 1.0 / 3)};  // series of atan
+  const double r = std::sqrt(r2), t = std::atan(r), t2 = t * t;
+  const double radius = t * (1 + t2 * (d.k1 + t2 * (d.k2 + t2 * (d.k3 + t2 * d.k4))));
+  const double radius_slope =
+      (1 + t2 * (3 * d.k1 + t2 * (5 * d.k2 + t2 * (7 * d.k3 + t2 * 9 * d.k4)))) / (1 + r2);
+  return {radius / r, (radius_slope - radius / r) / r2};
+}
+
 Eigen::Matrix2d distort_jacobian(const Distortion& d, const Eigen::Vector2d& xy) {
-  const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-  const double slope = 2 * (d.k1 + r2 * (2 * d.k2 + r2 * 3 * d.k3));  // d radial / d r2, times 2
+  const double x = xy.x(), y = xy.y();
+  const RadialGain g = radial_gain(d, xy.squaredNorm());
+  const double p1 = d.fisheye ? 0 : d.p1, p2 = d.fisheye ? 0 : d.p2;
+  const double mixed = x * y * g.slope + 2 * p1 * x + 2 * p2 * y;
   Eigen::Matrix2d J;
-  J << radial + x * x * slope + 2 * d.p1 * y + 6 * d.p2 * x,
-      x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y, x * y * slope + 2 * d.p1 * x + 2 * d.p2 * y,
-      radial + y * y * slope + 6 * d.p1 * y + 2 * d.p2 * x;
+  J << g.gain + x * x * g.slope + 2 * p1 * y + 6 * p2 * x, mixed, mixed,
+      g.gain + y * y * g.slope + 6 * p1 * y + 2 * p2 * x;
   return J;
 }
+
 }  // namespace
 
 Eigen::Vector2d undistort(const Distortion& d, const Eigen::Vector2d& xy) {

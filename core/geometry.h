@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 namespace wheatstone {
@@ -41,15 +43,44 @@ struct Intrinsics {
   }
 };
 
-/// Radial-tangential distortion with OpenCV's meaning of k1, k2, p1, p2, k3, on normalised
-/// coordinates x = X/Z, y = Y/Z.
+/// Lens distortion of normalised coordinates x = X/Z, y = Y/Z, r^2 = x^2 + y^2; the coefficients
+/// mean what they mean in OpenCV. All 0 is a lens without distortion, unless it is a fisheye.
+///   radial-tangential: (x, y) times (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6
+///   r^6)
+///                      plus the tangential part of p1 and p2
+///   fisheye: atan(r) becomes the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
+///            k4 theta^8), theta = atan(r) (J. Kannala and S. Brandt, PAMI 2006); no p1, p2, k5, k6
 struct Distortion {
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-  bool is_zero() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0, k4 = 0, k5 = 0, k6 = 0;
+  bool fisheye = false;
+
+  std::array<double, 8> coefficients() const { return {k1, k2, p1, p2, k3, k4, k5, k6}; }
+  /// True for a lens that leaves every point where it is.
+  bool is_zero() const { return !fisheye && coefficients() == std::array<double, 8>{}; }
+  /// True if k1, k2, p1, p2, k3 say it all.
+  bool has_five_coefficients() const { return !fisheye && k4 == 0 && k5 == 0 && k6 == 0; }
 };
 
 /// Normalised undistorted to normalised distorted coordinates.
 Eigen::Vector2d distort(const Distortion&, const Eigen::Vector2d& xy);
+
+/// The same for any scalar T, and coefficients of the same or of double, so that solvers can
+/// differentiate it. k: as coefficients().
+template <class K, class T>
+Eigen::Matrix<T, 2, 1> distort(const K* k, bool fisheye, const T& x, const T& y) {
+  using std::atan, std::sqrt;
+  const T r2 = x * x + y * y;
+  if (fisheye) {
+    if (!(r2 > T(1e-20))) return {x, y};
+    const T r = sqrt(r2), theta = atan(r), t2 = theta * theta;
+    const T scale = theta * (T(1) + t2 * (k[0] + t2 * (k[1] + t2 * (k[4] + t2 * k[5])))) / r;
+    return {x * scale, y * scale};
+  }
+  const T radial = (T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) /
+                   (T(1) + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+  return {x * radial + T(2) * k[2] * x * y + k[3] * (r2 + T(2) * x * x),
+          y * radial + k[2] * (r2 + T(2) * y * y) + T(2) * k[3] * x * y};
+}
 
 /// Inverse of distort() by Newton iteration to 1e-12. Throws ArgumentError when (x, y) lies
 /// beyond the fold of the model, where no inverse exists.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -23,8 +24,18 @@ void write(const std::filesystem::path& path, const cv::Mat& image) {
   write_bytes_atomically(path, std::as_bytes(std::span(bytes)));
 }
 
+/// True for a JPEG that ends before its end marker. The decoder would fill the rest with grey.
+bool is_truncated_jpeg(std::span<const std::byte> bytes) {
+  const std::string_view file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!file.starts_with("\xff\xd8")) return false;
+  const auto scan = file.rfind("\xff\xda"), end = file.rfind("\xff\xd9");
+  return end == std::string_view::npos || scan == std::string_view::npos || end < scan;
+}
+
 cv::Mat read(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_bytes(path);
+  if (is_truncated_jpeg(bytes))
+    throw FileError(path, "is damaged: the JPEG ends early", "copy or export the picture again");
   cv::Mat image;
   try {
     image = cv::imdecode(
@@ -99,6 +110,16 @@ std::vector<unsigned char> encode_picture_png(const cv::Mat3b& rgb) {
   if (!cv::imencode(".png", swap_red_blue(rgb), bytes))
     throw InternalError("a picture could not be encoded as PNG");
   return bytes;
+}
+
+cv::Mat1b read_grey_picture(const std::filesystem::path& path) {
+  cv::Mat image = read(path);
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 257);
+  if (image.depth() != CV_8U)
+    throw FileError(path, "is not an 8- or 16-bit grey or colour picture", "convert it");
+  if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2GRAY);
+  return image;
 }
 
 RgbImage read_encoded_picture(const std::filesystem::path& path,

@@ -23,6 +23,10 @@ cv::Mat3b to_srgb8(const RgbImage&, double white_cd_m2);  // channel order R, G,
 void write_picture_png(const std::filesystem::path&, const cv::Mat3b& rgb);
 std::vector<unsigned char> encode_picture_png(const cv::Mat3b& rgb);
 
+/// An 8- or 16-bit picture (JPEG, PNG, TIFF) as 8-bit grey, codes as stored, unrotated: for finding
+/// features in it. Errors: FileError.
+cv::Mat1b read_grey_picture(const std::filesystem::path&);
+
 /// An 8- or 16-bit picture (JPEG, PNG, TIFF; grey becomes R = G = B) to linear light:
 /// light_cd_m2(v) gives that of each channel's code, as a fraction v = 0..1 of the full code.
 /// Errors: FileError: missing, damaged, other sample types.

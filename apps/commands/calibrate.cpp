@@ -12,18 +12,41 @@
 namespace wheatstone::apps {
 
 void add_calibrate(CLI::App& app) {
-  auto* calibrate = app.add_subcommand("calibrate", "Camera poses, eyes");
+  auto* calibrate = app.add_subcommand("calibrate", "Cameras, camera poses, eyes");
   calibrate->require_subcommand(1);
   calibrate->footer("Example:\n  wheatstone calibrate poses out/card");
   auto folder = std::make_shared<std::string>();
   auto scale = std::make_shared<double>(0.25);
 
+  add_calibrate_camera(*calibrate);
+  add_calibrate_stereo(*calibrate);
+
   auto* poses = calibrate->add_subcommand(
       "poses", "Camera poses from the marker LEDs; crops the views to the common box");
   poses->add_option("dataset", *folder, "dataset folder, merged")->required();
+  auto pose_options = std::make_shared<PoseCalibrationOptions>();
+  auto no_rail = std::make_shared<bool>(false);
+  poses->add_flag("--no-rail-prior", *no_rail,
+                  "a rotation for each view and centres anywhere, instead of one rotation and "
+                  "centres along a line");
+  poses
+      ->add_option("--rail-straightness-mm", pose_options->solver.rail_straightness_mm,
+                   "how far the rail may bend, standard deviation")
+      ->capture_default_str();
+  poses->add_flag("--skip-bad-views", pose_options->skip_bad_views,
+                  "leave out views whose markers contradict the others or the LEDs' places");
   poses->footer("Example:\n  wheatstone calibrate poses out/card");
-  poses->callback(
-      [=] { fmt::print("{}\n", calibrate_poses(open_dataset(*folder), show_progress).report); });
+  poses->callback([=] {
+    pose_options->solver.straight_rail = !*no_rail;
+    const PoseCalibration c = calibrate_poses(open_dataset(*folder), show_progress, *pose_options);
+    fmt::print("{}\n", c.solution.report);
+    for (const BadView& b : c.bad_views) fmt::print("left out {}: {}\n", b.name, b.reason);
+    if (c.rail)
+      fmt::print(
+          "rail: straight to {:.4f} mm (RMS), step error {:.4f} mm (RMS), pitch {:.3f} mm, scale "
+          "{:.5f}\n",
+          c.rail->straightness_rms_mm, c.rail->step_error_rms_mm, c.rail->pitch_mm, c.rail->scale);
+  });
 
   auto* eyes = calibrate->add_subcommand(
       "eyes",

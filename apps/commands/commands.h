@@ -17,7 +17,13 @@ void add_import(CLI::App&);
 void add_render(CLI::App&);
 void add_present(CLI::App&);
 void add_doctor(CLI::App&);
+void add_convert_camera(CLI::App&);
+void add_export_poses(CLI::App&);
 void add_metric(CLI::App&);
 void add_quality(CLI::App&);
+
+/// Below `wheatstone calibrate`.
+void add_calibrate_camera(CLI::App& calibrate);
+void add_calibrate_stereo(CLI::App& calibrate);
 
 }  // namespace wheatstone::apps

@@ -21,7 +21,7 @@ void add_import(CLI::App& app) {
   command->add_option("--out", *folder, "new dataset folder")->required();
   command
       ->add_option("--format", options->format,
-                   "auto, exr-stereo, light-field-renderer, colmap or poses")
+                   "auto, exr-stereo, light-field-renderer, colmap, nerf, llff or poses")
       ->capture_default_str();
   command->add_option("--white-cd-m2", options->white_cd_m2, "luminance of full white")
       ->capture_default_str();
@@ -31,6 +31,8 @@ void add_import(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--hfov-deg", options->hfov_deg, "stereo EXR: field of view of the width")
       ->capture_default_str();
+  command->add_option("--convention", options->convention,
+                      "of nerf and llff poses if not the format's, as in 'opencv camera-to-world'");
   command->footer("Example:\n  wheatstone import ../shared/data/lightfield_shop --out out/shop");
   command->callback([=] { fmt::print("{}\n", import_input(*input, Dataset(*folder), *options)); });
 }

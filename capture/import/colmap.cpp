@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "capture/import/colmap_lens.h"
 #include "capture/import/colmap_records.h"
 #include "core/error.h"
 #include "core/files.h"
@@ -15,42 +16,12 @@ namespace {
 
 using colmap_detail::Camera;
 using colmap_detail::Image;
-using colmap_detail::Place;
-
-constexpr double kPixelCentre = 0.5;  // COLMAP's coordinate of the first pixel's centre
+using colmap_detail::kPixelCentre;
+using colmap_detail::Lens;
+using colmap_detail::lens_of;
 
 bool all_finite(const auto& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
-struct Lens {
-  Intrinsics intrinsics;
-  Distortion distortion;
-};
-
-Lens lens_of(const Camera& c) {
-  const auto& p = c.parameters;
-  if (c.width < 1 || c.height < 1 || c.width > 65536 || c.height > 65536)
-    c.place.fail("a picture size outside 1..65536 px");
-  if (!all_finite(p)) c.place.fail("a camera parameter that is not a number");
-  const bool two_focal_lengths = c.model == "PINHOLE" || c.model == "OPENCV";
-  const std::size_t centre = two_focal_lengths ? 2 : 1;
-  Lens lens;
-  lens.intrinsics = {p[0],
-                     p[centre - 1],
-                     0,
-                     p[centre] - kPixelCentre,
-                     p[centre + 1] - kPixelCentre,
-                     static_cast<int>(c.width),
-                     static_cast<int>(c.height)};
-  if (!(p[0] > 0) || !(p[centre - 1] > 0)) c.place.fail("a focal length that is not above 0");
-  if (p.size() > centre + 2) lens.distortion.k1 = p[centre + 2];
-  if (p.size() > centre + 3) lens.distortion.k2 = p[centre + 3];
-  if (c.model == "OPENCV") {
-    lens.distortion.p1 = p[6];
-    lens.distortion.p2 = p[7];
-  }
-  return lens;
 }
 
 RigidTransform pose_of(const Image& image, double mm_per_unit) {
@@ -68,23 +39,6 @@ void check_name(const Image& image) {
   const bool leaves = name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end();
   if (image.name.empty() || leaves || image.name.find('\0') != std::string::npos)
     image.place.fail("a picture name that is empty or leaves the picture folder");
-}
-
-double median_error(const ColmapModel& model, std::size_t first, std::size_t last) {
-  std::vector<double> errors;
-  for (const auto& o : model.observations) {
-    if (o.view < first || o.view > last) continue;
-    const ImportedView& view = model.views[o.view];
-    const Eigen::Vector3d p = view.T_camera_world * model.points[o.point].p_world_mm;
-    const double e = p.z() > 0 ? (project(view.intrinsics, view.distortion, p) - o.pixel).norm()
-                               : std::numeric_limits<double>::infinity();
-    errors.push_back(std::isnan(e) ? std::numeric_limits<double>::infinity() : e);
-  }
-  if (errors.empty())
-    throw ArgumentError("no tracked points to reproject", "import a model with its points3D file");
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
 }
 
 }  // namespace
@@ -150,11 +104,20 @@ ColmapModel read_colmap(const std::filesystem::path& folder, const std::filesyst
   return parse_colmap(source, pictures, mm_per_unit);
 }
 
+std::vector<KnownPoint> known_points(const ColmapModel& model) {
+  std::vector<KnownPoint> points;
+  for (const ColmapObservation& o : model.observations)
+    points.push_back({o.view, model.points[o.point].p_world_mm, o.pixel});
+  return points;
+}
+
 double median_reprojection_error_px(const ColmapModel& model, std::size_t view) {
-  return median_error(model, view, view);
+  std::vector<KnownPoint> points = known_points(model);
+  std::erase_if(points, [&](const KnownPoint& p) { return p.view != view; });
+  return median_error_px(model.views, points);
 }
 double median_reprojection_error_px(const ColmapModel& model) {
-  return median_error(model, 0, std::numeric_limits<std::size_t>::max());
+  return median_error_px(model.views, known_points(model));
 }
 
 }  // namespace wheatstone

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/import/imported_view.h"
+#include "capture/import/pose_convention.h"
 
 namespace wheatstone {
 
@@ -43,12 +44,16 @@ struct ColmapSource {
 /// Reads <model>/cameras, images and points3D, .bin before .txt; pictures lie in `pictures`.
 /// COLMAP's unit is arbitrary: lengths are multiplied by `mm_per_unit`.
 /// Errors: FileError with line or byte: missing or damaged files, camera models other than
-/// SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV, names that leave the folder;
-/// ArgumentError unless mm_per_unit > 0. Takes no more memory than the files' lengths justify.
+/// SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE and FULL_OPENCV, names
+/// that leave the folder; ArgumentError unless mm_per_unit > 0. Takes no more memory than the
+/// files' lengths justify.
 ColmapModel read_colmap(const std::filesystem::path& model, const std::filesystem::path& pictures,
                         double mm_per_unit = 1);
 ColmapModel parse_colmap(const ColmapSource&, const std::filesystem::path& pictures,
                          double mm_per_unit = 1);
+
+/// The observations as points of the world with their pixels, to verify the poses by.
+std::vector<KnownPoint> known_points(const ColmapModel&);
 
 /// Median distance in px between the observations and their points' projections, over one view
 /// or all; points behind their camera count as infinitely far. ArgumentError if there are none.

@@ -23,14 +23,17 @@ struct Model {
   const char* name;
   std::size_t parameters;
 };
-constexpr std::array<Model, 5> kModels = {  // in the order of COLMAP's binary model numbers
+constexpr std::array<Model, 7> kModels = {  // in the order of COLMAP's binary model numbers
     Model{"SIMPLE_PINHOLE", 3},
     {"PINHOLE", 4},
     {"SIMPLE_RADIAL", 4},
     {"RADIAL", 5},
-    {"OPENCV", 8}};
+    {"OPENCV", 8},
+    {"OPENCV_FISHEYE", 8},
+    {"FULL_OPENCV", 12}};
 constexpr const char* kModelNames =
-    " (SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are read)";
+    " (SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE and FULL_OPENCV are "
+    "read)";
 
 // ---- text ----
 

@@ -26,7 +26,7 @@ struct Place {
 struct Camera {
   Place place;
   std::uint64_t id = 0;
-  std::string model;  // one of the five that are read
+  std::string model;  // one of those that are read
   std::uint64_t width = 0, height = 0;
   std::vector<double> parameters;  // as many as the model has
 };

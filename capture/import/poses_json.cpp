@@ -39,7 +39,9 @@ ImportedView view_from(const json& j, const std::filesystem::path& file) {
     const json d = json_get<json>(j, "distortion", file);
     v.distortion = {optional_number(d, "k1", file), optional_number(d, "k2", file),
                     optional_number(d, "p1", file), optional_number(d, "p2", file),
-                    optional_number(d, "k3", file)};
+                    optional_number(d, "k3", file), optional_number(d, "k4", file),
+                    optional_number(d, "k5", file), optional_number(d, "k6", file)};
+    v.distortion.fisheye = d.contains("fisheye") && json_get<bool>(d, "fisheye", file);
   }
   v.T_camera_world.R = matrix_from_json(json_get<json>(j, "R", file), 3, 3, file, "R");
   v.T_camera_world.t_mm = vector3_from_json(json_get<json>(j, "t_mm", file), file, "t_mm");
@@ -88,6 +90,8 @@ void write_poses_json(const std::filesystem::path& path, std::span<const Importe
               {"t_mm", to_json(v.T_camera_world.t_mm)}};
     if (!d.is_zero())
       j["distortion"] = {{"k1", d.k1}, {"k2", d.k2}, {"p1", d.p1}, {"p2", d.p2}, {"k3", d.k3}};
+    if (!d.has_five_coefficients())
+      j["distortion"].update({{"k4", d.k4}, {"k5", d.k5}, {"k6", d.k6}, {"fisheye", d.fisheye}});
     list.push_back(std::move(j));
   }
   write_json(path, kPosesSchema, {{"convention", kPoseConvention}, {"views", list}});

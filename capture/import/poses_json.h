@@ -18,10 +18,10 @@ inline constexpr const char* kPoseConvention =
 
 /// {"schema", "convention", "views": [{"name", "file" (relative to the JSON file or absolute),
 /// "K": {"fx_px", "fy_px", "cx_px", "cy_px", optional "skew_px"}, optional "distortion":
-/// {"k1", "k2", "p1", "p2", "k3"}, "size": [width, height], "R": three rows, "t_mm"}]}.
-/// A view whose file is not there gets an empty path.
-/// Errors: FileError: as read_json; no or another convention (says the sentence to add); a
-/// missing key; R not a rotation to 1e-6; f <= 0; a size outside 1..65536.
+/// {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "fisheye": true or false}, "size": [width,
+/// height], "R": three rows, "t_mm"}]}. A view whose file is not there gets an empty path. Errors:
+/// FileError: as read_json; no or another convention (says the sentence to add); a missing key; R
+/// not a rotation to 1e-6; f <= 0; a size outside 1..65536.
 std::vector<ImportedView> read_poses_json(const std::filesystem::path&);
 
 /// Files inside the JSON file's folder are written relative to it.

@@ -98,7 +98,7 @@ TEST(Markers, PredictedSigmaMatchesTheScatter) {
         render({{{80.3, 60.4}, 400}}, {1, 1, 1}, BayerPattern::kRggb, &random), camera());
     ASSERT_EQ(blobs.size(), 1u);
     sum += (blobs[0].centroid_px - Eigen::Vector2d(80.3, 60.4)).squaredNorm() / 2;
-    predicted += blobs[0].sigma_px / trials;
+    predicted += std::sqrt(blobs[0].covariance_px2.trace() / 2) / trials;
   }
   EXPECT_NEAR(std::sqrt(sum / trials) / predicted, 1, 0.35);
 }
@@ -130,10 +130,10 @@ TEST(Markers, OrderFollowsGeometryNotStrength) {
   const std::vector<MarkerBlob> blobs = {at(500, 80, 9), at(90, 420, 8), at(100, 100, 7),
                                          at(510, 400, 6), at(300, 300, 1)};
   const auto p = order_markers(blobs, "frame 3");
-  EXPECT_EQ(p[0], Eigen::Vector2d(90, 420));
-  EXPECT_EQ(p[1], Eigen::Vector2d(510, 400));
-  EXPECT_EQ(p[2], Eigen::Vector2d(100, 100));
-  EXPECT_EQ(p[3], Eigen::Vector2d(500, 80));
+  EXPECT_EQ(p[0].centroid_px, Eigen::Vector2d(90, 420));
+  EXPECT_EQ(p[1].centroid_px, Eigen::Vector2d(510, 400));
+  EXPECT_EQ(p[2].centroid_px, Eigen::Vector2d(100, 100));
+  EXPECT_EQ(p[3].centroid_px, Eigen::Vector2d(500, 80));
 }
 
 TEST(Markers, TooFewOrMisplacedMarkersAreNamed) {

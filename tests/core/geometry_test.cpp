@@ -37,6 +37,25 @@ TEST(Geometry, UndistortInvertsDistort) {
       EXPECT_NEAR((undistort(d, distort(d, {x, y})) - Eigen::Vector2d(x, y)).norm(), 0, 1e-11);
 }
 
+TEST(Geometry, UndistortInvertsRationalAndFisheyeLenses) {
+  for (const Distortion d : {Distortion{0.3, 0.1, 1e-3, -1e-3, 0.02, 0.4, 0.2, 0.05},
+                             Distortion{0.02, -0.01, 0, 0, 0.004, -0.001, 0, 0, true},
+                             Distortion{0, 0, 0, 0, 0, 0, 0, 0, true}})
+    for (double x = -2; x <= 2; x += 0.25)
+      for (double y = -1; y <= 1; y += 0.25)
+        EXPECT_NEAR((undistort(d, distort(d, {x, y})) - Eigen::Vector2d(x, y)).norm(), 0, 1e-10);
+}
+
+TEST(Geometry, DistortionWorkedNumbers) {
+  // An ideal fisheye: 45 degrees off the axis fall at radius pi / 4.
+  const Distortion equidistant{0, 0, 0, 0, 0, 0, 0, 0, true};
+  EXPECT_NEAR(distort(equidistant, {1, 0}).x(), 0.785398163397448, 1e-15);
+  EXPECT_EQ(distort(equidistant, {0, 0}), Eigen::Vector2d(0, 0));
+  EXPECT_FALSE(equidistant.is_zero());
+  // (1 + 0.1) / (1 + 0.25) at radius 1.
+  EXPECT_NEAR(distort(Distortion{0.1, 0, 0, 0, 0, 0.25}, {0, 1}).y(), 0.88, 1e-15);
+}
+
 TEST(Geometry, BeyondTheFoldOfTheDistortionIsAnError) {
   EXPECT_THROW(undistort(Distortion{-0.3, 0, 0, 0, 0}, {5, 0}), ArgumentError);
 }

@@ -1,0 +1,302 @@
+#include "apps/camera_calibration.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "apps/report.h"
+#include "calib/camera_uncertainty.h"
+#include "calib/stereo_solver.h"
+#include "capture/import/camera_files.h"
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "core/png.h"
+#include "rendering/metrics/false_colour.h"
+
+namespace wheatstone::apps {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kMinForCrossValidation = 5;
+constexpr double kUncertaintyTopPx = 1;  // full scale of uncertainty.png
+
+bool is_picture(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp"})
+    if (ending == known) return true;
+  return false;
+}
+
+std::vector<fs::path> pictures_below(const fs::path& folder, const std::string& match) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::recursive_directory_iterator it(folder, error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    const fs::path relative = it->path().lexically_relative(folder);
+    if (it->is_regular_file() && is_picture(relative) &&
+        fnmatch(match.c_str(), relative.c_str(), FNM_PATHNAME | FNM_PERIOD) == 0)
+      files.push_back(relative);
+  }
+  if (error)
+    throw FileError(folder, "cannot be listed: " + error.message(), "give a folder of pictures");
+  if (files.empty())
+    throw FileError(folder, "holds no picture that matches '" + match + "'",
+                    "give a folder of JPEG, PNG, TIFF or BMP pictures, or another pattern");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Corners of all boards over the picture's frame, a colour per board, outliers crossed.
+cv::Mat3b coverage_picture(const FoundBoards& boards, const std::vector<std::size_t>& outliers) {
+  cv::Mat3b picture(boards.height_px, boards.width_px, cv::Vec3b(255, 255, 255));
+  const int size = std::max(2, boards.width_px / 250);
+  for (std::size_t v = 0; v < boards.views.size(); ++v) {
+    cv::Mat3b colour(
+        1, 1, cv::Vec3b(static_cast<unsigned char>(v * 180 / boards.views.size()), 200, 200));
+    cv::cvtColor(colour, colour, cv::COLOR_HSV2RGB);
+    const bool outlier = std::find(outliers.begin(), outliers.end(), v) != outliers.end();
+    for (const Eigen::Vector2d& p : boards.views[v].corners_px)
+      cv::drawMarker(picture, cv::Point(cv::Point2d(p.x(), p.y())), cv::Scalar(colour(0, 0)),
+                     outlier ? cv::MARKER_TILTED_CROSS : cv::MARKER_SQUARE, 2 * size,
+                     std::max(1, size / 2));
+  }
+  return picture;
+}
+
+json camera_json(const CameraCalibration& c) {
+  const Eigen::VectorXd sigma = c.sigma();
+  std::vector<double> distortion_sigma(sigma.data() + 4, sigma.data() + sigma.size());
+  return {{"width_px", c.intrinsics.width_px},
+          {"height_px", c.intrinsics.height_px},
+          {"fx_px", c.intrinsics.fx_px},
+          {"fy_px", c.intrinsics.fy_px},
+          {"cx_px", c.intrinsics.cx_px},
+          {"cy_px", c.intrinsics.cy_px},
+          {"fx_px_sigma", sigma[0]},
+          {"fy_px_sigma", sigma[1]},
+          {"cx_px_sigma", sigma[2]},
+          {"cy_px_sigma", sigma[3]},
+          {"distortion_model", to_string(c.model)},
+          {"distortion_names", coefficient_names(c.model)},
+          {"distortion", coefficients(c.distortion, c.model)},
+          {"distortion_sigma", distortion_sigma},
+          {"covariance", to_json(c.covariance)},
+          {"rms_px", c.rms_px},
+          {"corner_sigma_px", c.corner_sigma_px}};
+}
+
+json to_json_transform(const RigidTransform& T) {
+  return {{"R", to_json(Eigen::MatrixXd(T.R))}, {"t_mm", to_json(T.t_mm)}};
+}
+
+json board_json(const Board& board) {
+  return {{"columns", board.columns}, {"rows", board.rows}, {"square_mm", board.square_mm}};
+}
+
+void write_pictures(const fs::path& folder, const CameraCalibration& c, const FoundBoards& boards,
+                    const std::vector<std::size_t>& outliers) {
+  write_picture_png(folder / "coverage.png", coverage_picture(boards, outliers));
+  ScalarImage map = projection_uncertainty_px(c);
+  write_exr(folder / "uncertainty.exr", map, "sigma_px");
+  cv::patchNaNs(map.pixels, kUncertaintyTopPx);
+  write_picture_png(folder / "uncertainty.png",
+                    false_colour_difference(map, kUncertaintyTopPx, "px standard deviation"));
+}
+
+double largest(const ScalarImage& map) {
+  double top = 0;
+  for (const float v : map.pixels)
+    if (v > top) top = v;  // false for NaN
+  return top;
+}
+
+}  // namespace
+
+FoundBoards find_boards(const fs::path& folder, const std::string& match, const Board& board,
+                        const Progress& progress) {
+  const std::vector<fs::path> files = pictures_below(folder, match);
+  FoundBoards found;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const cv::Mat1b grey = read_grey_picture(folder / files[i]);
+    if (i == 0) found.width_px = grey.cols, found.height_px = grey.rows;
+    if (grey.cols != found.width_px || grey.rows != found.height_px)
+      throw FileError(folder / files[i],
+                      fmt::format("is {}x{} px, but {} is {}x{} px", grey.cols, grey.rows,
+                                  files[0].string(), found.width_px, found.height_px),
+                      "calibrate each camera and each picture size on its own, choosing the "
+                      "pictures with --match");
+    if (auto corners = find_board(grey, board))
+      found.views.push_back({files[i].string(), std::move(*corners)});
+    else
+      found.without_board.push_back(files[i].string());
+    progress("find boards", static_cast<int>(i) + 1, static_cast<int>(files.size()));
+  }
+  if (found.views.empty())
+    throw FileError(folder,
+                    fmt::format("shows a board of {}x{} inner corners in none of its {} pictures",
+                                board.columns, board.rows, files.size()),
+                    "count the inner corners, not the squares, for --board; the whole board must "
+                    "be in the picture, sharp and evenly lit");
+  return found;
+}
+
+json calibrate_camera(const CameraCalibrationOptions& options, const Progress& progress) {
+  FoundBoards boards = find_boards(options.images, options.match, options.board, progress);
+  const auto solve = [&] {
+    return solve_camera(boards.views, options.board, boards.width_px, boards.height_px,
+                        options.model);
+  };
+  CameraCalibration c = solve();
+  std::vector<std::size_t> outliers = outlier_boards(c);
+  std::vector<std::string> left_out;
+  if (options.without_outliers && !outliers.empty()) {
+    for (auto v = outliers.rbegin(); v != outliers.rend(); ++v) {
+      left_out.push_back(boards.views[*v].name);
+      boards.views.erase(boards.views.begin() + static_cast<std::ptrdiff_t>(*v));
+    }
+    c = solve();
+    outliers = outlier_boards(c);
+  }
+
+  json document = camera_json(c);
+  document["board"] = board_json(options.board);
+  document["pictures_without_board"] = boards.without_board;
+  document["left_out"] = left_out;
+  std::vector<double> held_out;
+  document["cross_validation_rms_px"] = nullptr;
+  if (boards.views.size() >= kMinForCrossValidation) {
+    held_out = cross_validate(boards.views, options.board, boards.width_px, boards.height_px,
+                              options.model);
+    double squares = 0;
+    for (const double r : held_out) squares += r * r;
+    document["cross_validation_rms_px"] = std::sqrt(squares / static_cast<double>(held_out.size()));
+  }
+  json list = json::array();
+  for (std::size_t v = 0; v < boards.views.size(); ++v) {
+    json entry = to_json_transform(c.T_camera_board[v]);
+    entry["file"] = boards.views[v].name;
+    entry["rms_px"] = c.board_rms_px[v];
+    entry["held_out_rms_px"] = held_out.empty() ? json(nullptr) : json(held_out[v]);
+    entry["outlier"] = std::find(outliers.begin(), outliers.end(), v) != outliers.end();
+    list.push_back(std::move(entry));
+  }
+  document["boards"] = list;
+  document["uncertainty_mean_px"] = mean_uncertainty_px(c);
+  document["uncertainty_largest_px"] = largest(projection_uncertainty_px(c));
+  document["advice"] = next_board(c, options.board).text;
+
+  json written = json::array();
+  if (options.out) {
+    make_folder(*options.out);
+    const CameraFile camera{c.intrinsics, c.distortion};
+    for (const auto& [format, name] : {std::pair(CameraFormat::kOpenCv, "camera.yaml"),
+                                       {CameraFormat::kColmap, "cameras.txt"},
+                                       {CameraFormat::kKalibr, "camchain.yaml"}}) {
+      const std::string reason = why_not_exact(format, camera);
+      if (reason.empty()) write_camera_file(*options.out / name, format, {camera});
+      written.push_back({{"file", name}, {"not_written", reason.empty() ? json() : json(reason)}});
+    }
+    write_pictures(*options.out, c, boards, outliers);
+  }
+  document["camera_files"] = written;
+  if (options.out)
+    write_json(*options.out / "calibration.json", "wheatstone-camera-calibration/1", document);
+  return document;
+}
+
+namespace {
+
+/// Views by the number at the end of their names.
+std::map<std::string, const BoardView*> by_number(const FoundBoards& boards,
+                                                  const fs::path& folder) {
+  std::map<std::string, const BoardView*> numbered;
+  for (const BoardView& v : boards.views) {
+    const std::string stem = fs::path(v.name).stem().string();
+    const auto last = stem.find_last_not_of("0123456789");
+    const std::string number = last == std::string::npos ? stem : stem.substr(last + 1);
+    if (number.empty())
+      throw FileError(folder / v.name, "has no number at the end of its name",
+                      "name the two pictures of a pair alike, as in left07.jpg and right07.jpg");
+    if (!numbered.emplace(number, &v).second)
+      throw FileError(folder / v.name, "has the same number as " + numbered[number]->name,
+                      "choose one camera's pictures with --left and --right");
+  }
+  return numbered;
+}
+
+}  // namespace
+
+json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& progress) {
+  const FoundBoards left = find_boards(options.images, options.left, options.board, progress);
+  const FoundBoards right = find_boards(options.images, options.right, options.board, progress);
+  if (left.width_px != right.width_px || left.height_px != right.height_px)
+    throw FileError(options.images,
+                    fmt::format("holds left pictures of {}x{} and right ones of {}x{} px",
+                                left.width_px, left.height_px, right.width_px, right.height_px),
+                    "use two cameras of one size");
+  const auto left_views = by_number(left, options.images);
+  const auto right_views = by_number(right, options.images);
+  std::vector<BoardView> paired_left, paired_right;
+  json unpaired = json::array();
+  for (const auto& [number, view] : left_views) {
+    if (const auto other = right_views.find(number); other != right_views.end()) {
+      paired_left.push_back(*view);
+      paired_right.push_back(*other->second);
+    } else {
+      unpaired.push_back(view->name);
+    }
+  }
+  for (const auto& [number, view] : right_views)
+    if (!left_views.contains(number)) unpaired.push_back(view->name);
+  if (paired_left.size() < 3)
+    throw FileError(options.images,
+                    fmt::format("shows the board to both cameras in {} pairs; 3 are needed",
+                                paired_left.size()),
+                    "take more pairs, and check --left and --right");
+
+  const StereoCalibration s = solve_stereo(paired_left, paired_right, options.board, left.width_px,
+                                           left.height_px, options.model);
+  json pairs = json::array();
+  for (std::size_t i = 0; i < paired_left.size(); ++i)
+    pairs.push_back({{"left", paired_left[i].name},
+                     {"right", paired_right[i].name},
+                     {"left_rms_px", s.left.board_rms_px[i]},
+                     {"right_rms_px", s.right.board_rms_px[i]}});
+  json document = {
+      {"left", camera_json(s.left)},
+      {"right", camera_json(s.right)},
+      {"T_right_left", to_json_transform(s.T_right_left)},
+      {"T_right_left_covariance_rad_mm", to_json(Eigen::MatrixXd(s.T_right_left_covariance))},
+      {"baseline_mm", s.baseline_mm},
+      {"baseline_mm_sigma", s.baseline_sigma_mm},
+      {"rms_px", s.rms_px},
+      {"board", board_json(options.board)},
+      {"pairs", pairs},
+      {"unpaired", unpaired}};
+  if (options.out) {
+    make_folder(*options.out);
+    const std::vector<CameraFile> cameras = {{s.left.intrinsics, s.left.distortion},
+                                             {s.right.intrinsics, s.right.distortion}};
+    write_camera_file(*options.out / "left.yaml", CameraFormat::kOpenCv, {cameras[0]});
+    write_camera_file(*options.out / "right.yaml", CameraFormat::kOpenCv, {cameras[1]});
+    if (why_not_exact(CameraFormat::kKalibr, cameras[0]).empty() &&
+        why_not_exact(CameraFormat::kKalibr, cameras[1]).empty())
+      write_camera_file(*options.out / "camchain.yaml", CameraFormat::kKalibr, cameras,
+                        s.T_right_left);
+    write_json(*options.out / "stereo.json", "wheatstone-stereo-calibration/1", document);
+  }
+  return document;
+}
+
+}  // namespace wheatstone::apps

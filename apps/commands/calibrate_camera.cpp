@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/camera_calibration.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/common.h"
+#include "capture/import/camera_files.h"
+
+namespace wheatstone::apps {
+namespace {
+
+using nlohmann::json;
+
+/// What both calibrations ask for.
+struct BoardArguments {
+  std::string images, board, distortion = "radtan5", out;
+  double square_mm = 0;
+  bool as_json = false;
+
+  void add_to(CLI::App& command) {
+    command.add_option("--images", images, "folder of pictures")->required();
+    command.add_option("--board", board, "inner corners per row and column, as in 9x6")->required();
+    command.add_option("--square-mm", square_mm, "side of a square in mm")->required();
+    command.add_option("--distortion", distortion, "radtan4, radtan5, radtan8 or fisheye")
+        ->capture_default_str();
+    command.add_option("--out", out, "folder for camera files, pictures and the result as JSON");
+    command.add_flag("--json", as_json, "the result as JSON on standard output");
+  }
+  std::optional<std::filesystem::path> out_folder() const {
+    return out.empty() ? std::nullopt : std::optional<std::filesystem::path>(out);
+  }
+};
+
+void print_camera(const json& c) {
+  const auto value = [&](const char* key) { return c.at(key).get<double>(); };
+  for (const char* key : {"fx_px", "fy_px", "cx_px", "cy_px"})
+    fmt::print("{:<6} {:12.4f} +- {:.4f}\n", key, value(key),
+               value((std::string(key) + "_sigma").c_str()));
+  for (std::size_t i = 0; i < c.at("distortion").size(); ++i)
+    fmt::print("{:<6} {:12.6f} +- {:.6f}\n", c["distortion_names"][i].get<std::string>(),
+               c["distortion"][i].get<double>(), c["distortion_sigma"][i].get<double>());
+}
+
+void print_calibration(const json& c) {
+  print_camera(c);
+  fmt::print("RMS {:.4f} px over {} boards", c["rms_px"].get<double>(), c["boards"].size());
+  if (!c["cross_validation_rms_px"].is_null())
+    fmt::print(", {:.4f} px cross-validated", c["cross_validation_rms_px"].get<double>());
+  fmt::print("\n");
+  for (const json& name : c["pictures_without_board"])
+    fmt::print("no board in {}\n", name.get<std::string>());
+  for (const json& name : c["left_out"]) fmt::print("left out: {}\n", name.get<std::string>());
+  for (const json& b : c["boards"])
+    if (b["outlier"].get<bool>())
+      fmt::print("outlier: {} (RMS {:.3f} px): moved, bent or misfound? --without-outliers\n",
+                 b["file"].get<std::string>(), b["rms_px"].get<double>());
+  fmt::print("projection uncertainty {:.3f} px RMS over the picture, {:.3f} px at most\n",
+             c["uncertainty_mean_px"].get<double>(), c["uncertainty_largest_px"].get<double>());
+  fmt::print("next: {}\n", c["advice"].get<std::string>());
+  for (const json& f : c["camera_files"])
+    if (!f["not_written"].is_null())
+      fmt::print("{} not written: {}\n", f["file"].get<std::string>(),
+                 f["not_written"].get<std::string>());
+}
+
+}  // namespace
+
+void add_calibrate_camera(CLI::App& calibrate) {
+  auto* command = calibrate.add_subcommand(
+      "camera", "Intrinsics and lens distortion from pictures of a chessboard");
+  auto common = std::make_shared<BoardArguments>();
+  auto options = std::make_shared<CameraCalibrationOptions>();
+  common->add_to(*command);
+  command->add_option("--match", options->match, "pictures to use, as in 'left*.jpg'")
+      ->capture_default_str();
+  command->add_flag("--without-outliers", options->without_outliers,
+                    "leave out boards that fit 3 times worse than the median");
+  command->footer(
+      "Example:\n  wheatstone calibrate camera --images ../shared/data/camera_calibration/"
+      "opencv_9x6 --match 'left*' --board 9x6 --square-mm 25 --out out/left");
+  command->callback([=] {
+    options->images = common->images;
+    options->board = board_from_string(common->board, common->square_mm);
+    options->model = distortion_model_from_string(common->distortion);
+    options->out = common->out_folder();
+    const json result = calibrate_camera(*options, show_progress);
+    if (common->as_json)
+      fmt::print("{}\n", result.dump(2));
+    else
+      print_calibration(result);
+  });
+}
+
+void add_calibrate_stereo(CLI::App& calibrate) {
+  auto* command = calibrate.add_subcommand(
+      "stereo", "Two cameras, and where one stands from the other, from boards both see");
+  auto common = std::make_shared<BoardArguments>();
+  auto options = std::make_shared<StereoCalibrationOptions>();
+  common->add_to(*command);
+  command->add_option("--left", options->left, "the left camera's pictures, as in 'left*'")
+      ->required();
+  command->add_option("--right", options->right, "the right camera's pictures, as in 'right*'")
+      ->required();
+  command->footer(
+      "Example:\n  wheatstone calibrate stereo --images ../shared/data/camera_calibration/"
+      "bumblebee2_chess --left 'left*' --right 'right*' --board 4x6 --square-mm 30");
+  command->callback([=] {
+    options->images = common->images;
+    options->board = board_from_string(common->board, common->square_mm);
+    options->model = distortion_model_from_string(common->distortion);
+    options->out = common->out_folder();
+    const json result = calibrate_stereo(*options, show_progress);
+    if (common->as_json) {
+      fmt::print("{}\n", result.dump(2));
+      return;
+    }
+    for (const char* side : {"left", "right"}) {
+      fmt::print("{}\n", side);
+      print_camera(result[side]);
+    }
+    fmt::print("RMS {:.4f} px over {} pairs\nbaseline {:.3f} +- {:.3f} mm\n",
+               result["rms_px"].get<double>(), result["pairs"].size(),
+               result["baseline_mm"].get<double>(), result["baseline_mm_sigma"].get<double>());
+    for (const json& name : result["unpaired"])
+      fmt::print("without its other half: {}\n", name.get<std::string>());
+  });
+}
+
+void add_convert_camera(CLI::App& app) {
+  auto* command = app.add_subcommand("convert-camera",
+                                     "A camera file of OpenCV, COLMAP or Kalibr into another's");
+  auto input = std::make_shared<std::string>();
+  auto format = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>();
+  command->add_option("input", *input, "OpenCV or Kalibr .yaml, COLMAP cameras.txt")->required();
+  command->add_option("--format", *format, "opencv, colmap or kalibr")->required();
+  command->add_option("--out", *out, "new file")->required();
+  command->footer(
+      "Example:\n  wheatstone convert-camera out/left/camera.yaml --format colmap "
+      "--out out/cameras.txt");
+  command->callback([=] {
+    write_camera_file(*out, camera_format_from_string(*format), read_camera_file(*input));
+  });
+}
+
+}  // namespace wheatstone::apps
