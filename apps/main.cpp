@@ -5,8 +5,10 @@
 
 #include "apps/commands/commands.h"
 #include "core/error.h"
+#include "core/memory.h"
 
 int main(int argc, char** argv) {
+  wheatstone::keep_freed_memory();
   CLI::App app("Wheatstone: an HDR multi-focal stereo display, from capture to the eye");
   app.set_version_flag("--version", WHEATSTONE_VERSION);
   app.require_subcommand(1);

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/json.h"
+#include "core/memory.h"
 
 namespace wheatstone::bench {
 namespace {
@@ -116,6 +117,7 @@ void add_figure(const std::string& name, double value) {
 }  // namespace wheatstone::bench
 
 int main(int argc, char** argv) {
+  wheatstone::keep_freed_memory();  // as the program does
   try {
     return wheatstone::bench::run(argc, argv);
   } catch (const wheatstone::Error& e) {
