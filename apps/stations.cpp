@@ -12,6 +12,7 @@
 #include "capture/merge.h"
 #include "capture/merged_exr.h"
 #include "capture/rectify.h"
+#include "capture/session.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
@@ -37,21 +38,43 @@ MergedMosaic merge_view(const Dataset& dataset, const CapturedView& view,
   }
 }
 
+/// Share of the photosites whose light is at least `ratio` of its standard deviations.
+double share_reaching(double ratio, const MergedMosaic& merged) {
+  std::size_t reaching = 0;
+  for (int r = 0; r < merged.flags.rows; ++r)
+    for (int c = 0; c < merged.flags.cols; ++c)
+      reaching += !(merged.flags(r, c) & kSaturated) &&
+                  merged.mosaic.values(r, c) >= ratio * merged.sigma_dn_s(r, c);
+  return static_cast<double>(reaching) / static_cast<double>(merged.flags.total());
+}
+
 }  // namespace
 
-void merge(const Dataset& dataset, const Progress& progress, Shard shard) {
+MergeReport merge(const Dataset& dataset, const Progress& progress, Shard shard) {
   const CameraProfile camera = dataset.read_camera();
   const std::vector<CapturedView> all = dataset.read_frames();
   std::vector<const CapturedView*> mine;
   for (std::size_t k = 0; k < all.size(); ++k)
     if (shard.holds(k)) mine.push_back(&all[k]);
+  MergeReport report;
+  if (const std::optional<CapturePlan> plan = recorded_plan(dataset)) {
+    report.signal_to_noise = plan->signal_to_noise;
+    report.coverage = plan->coverage;
+  }
   make_folder(dataset.file("hdr"));
   for (std::size_t i = 0; i < mine.size(); ++i) {
     const std::filesystem::path out = dataset.file("hdr/" + mine[i]->name + ".exr");
-    if (!std::filesystem::exists(out))
-      write_merged_light_exr(out, merge_view(dataset, *mine[i], camera), camera);
+    if (!std::filesystem::exists(out)) {
+      const MergedMosaic merged = merge_view(dataset, *mine[i], camera);
+      write_merged_light_exr(out, merged, camera);
+      ++report.merged;
+      if (report.signal_to_noise > 0)
+        report.least_share =
+            std::min(report.least_share, share_reaching(report.signal_to_noise, merged));
+    }
     progress("merge", static_cast<int>(i) + 1, static_cast<int>(mine.size()));
   }
+  return report;
 }
 
 namespace {

@@ -13,10 +13,12 @@
 namespace wheatstone {
 namespace {
 
-constexpr double kHeadroom = 0.8;  // between the probed views a highlight may be brighter
+// Between the probed views a highlight may be brighter and a shadow darker; the probe itself knows
+// the darkest light to a tenth.
+constexpr double kHeadroom = 0.8, kDarkMargin = 0.9;
 constexpr Duration kMoveLimit = Duration::of(60);
 constexpr double kProbeStep = 8, kProbeStart_s = 1.0 / 60;
-constexpr double kSeenElectrons = 100;  // of the darkest light: 10 % of it is known
+constexpr double kSeenElectrons = 100;  // of the darkest light, so that it is known to 10 %
 
 double saturation_dn(const CameraProfile& camera) {
   return camera.white_dn - camera.black_dn;
@@ -95,7 +97,7 @@ class Probe {
         electrons_s.begin() +
         static_cast<std::ptrdiff_t>((1 - coverage_) * static_cast<double>(electrons_s.size() - 1));
     std::nth_element(electrons_s.begin(), rank, electrons_s.end());
-    range.darkest_e_s = std::max(0.0F, *rank);
+    range.darkest_e_s = kDarkMargin * std::max(0.0F, *rank);
     return range;
   }
 

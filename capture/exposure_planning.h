@@ -14,7 +14,7 @@ namespace wheatstone {
 /// How bright the scene is, over all photosites of the probed views.
 struct LightRange {
   double brightest_dn_s = 0;  // DN/s at ISO 100, black subtracted
-  double darkest_e_s = 0;     // electrons/s that all but a share 1 - coverage of photosites exceed
+  double darkest_e_s = 0;     // electrons/s, a tenth below what all but 1 - coverage of them exceed
 };
 
 /// Signal-to-noise ratio that a merge of `frames` exposures with `electrons` in all of them has.

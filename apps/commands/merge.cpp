@@ -32,6 +32,16 @@ void merge_frames(const std::string& frames_json, bool demosaic, const std::stri
                frames_json, out);
 }
 
+void merge_dataset(const std::string& folder, const std::string& shard) {
+  const MergeReport r = merge(open_dataset(folder), show_progress, shard_from_string(shard));
+  if (r.merged > 0 && r.signal_to_noise > 0)
+    fmt::print(
+        "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "
+        "were asked for{}\n",
+        r.signal_to_noise, 100 * r.least_share, r.merged, 100 * r.coverage,
+        r.least_share < r.coverage ? ": MISSED" : "");
+}
+
 }  // namespace
 
 void add_merge(CLI::App& app) {
@@ -62,7 +72,7 @@ void add_merge(CLI::App& app) {
     if (!o->frames.empty())
       merge_frames(o->frames, !o->no_demosaic, o->out);
     else if (!o->dataset.empty())
-      merge(open_dataset(o->dataset), show_progress, shard_from_string(o->shard));
+      merge_dataset(o->dataset, o->shard);
     else
       throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
   });

@@ -77,6 +77,9 @@ TEST_F(CaptureTest, PlannedExposuresAreKeptWhenItGoesOn) {
   const Dataset dataset(path("d"));
   const std::size_t exposures = dataset.read_frames().at(0).exposures.size();
   EXPECT_GE(exposures, 1U);
+  const std::string proof = run_program({"merge", path("d")}).out;
+  EXPECT_THAT(proof, HasSubstr("of each of 2 views; 50.0 % were asked for"));
+  EXPECT_THAT(proof, ::testing::Not(HasSubstr("MISSED")));
   fs::remove(dataset.file(dataset.read_frames().at(1).exposures.at(0).file));
   const Outcome again = run_program(planned);
   EXPECT_EQ(again.status, 0) << again.err;
