@@ -16,6 +16,7 @@ namespace {
 // Between the probed views a highlight may be brighter and a shadow darker; the probe itself knows
 // the darkest light to a tenth.
 constexpr double kHeadroom = 0.8, kDarkMargin = 0.9;
+constexpr double kApart = 1.3;  // between neighbours: cameras name their times to a sixth stop
 constexpr Duration kMoveLimit = Duration::of(60);
 constexpr double kProbeStep = 8, kProbeStart_s = 1.0 / 60;
 constexpr double kSeenElectrons = 100;  // of the darkest light, so that it is known to 10 %
@@ -131,12 +132,13 @@ std::vector<double> plan_exposures(const LightRange& light, const CameraProfile&
   std::vector<double> exposures = {sum_s};
   while (true) {
     const int frames = static_cast<int>(exposures.size());
-    if (signal_to_noise(light.darkest_e_s * sum_s, frames, camera) >= wanted) return exposures;
+    if (signal_to_noise(light.darkest_e_s * sum_s, frames, camera) >= (1 - 1e-9) * wanted)
+      return exposures;  // what was just enough is not to fail by a rounding
     // Light that just saturates in the next frame is measured by the frames so far.
     const double longest_allowed = sum_s * full_e / electrons_needed(wanted, frames, camera);
     const double enough = electrons_needed(wanted, frames + 1, camera) / light.darkest_e_s - sum_s;
     const double next = std::min(longest_allowed, enough);
-    if (longest_allowed <= exposures.back())
+    if (longest_allowed < kApart * exposures.back())
       throw ArgumentError(fmt::format("a signal-to-noise ratio of {} is more than this camera "
                                       "reaches from exposure to exposure; just below saturation "
                                       "it is {:.0f}",
@@ -150,7 +152,7 @@ std::vector<double> plan_exposures(const LightRange& light, const CameraProfile&
               next, limits.longest_s,
               signal_to_noise(light.darkest_e_s * (sum_s + limits.longest_s), frames + 1, camera)),
           "ask for less or for a smaller coverage, or light the box");
-    exposures.push_back(std::max(next, exposures.back() * 1.05));  // no two alike
+    exposures.push_back(std::max(next, kApart * exposures.back()));
     sum_s += exposures.back();
   }
 }

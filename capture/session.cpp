@@ -151,8 +151,9 @@ class Session {
       }
       for (const Shot& s : view)
         if (!taken(s)) take(s, reached);
+    } else {
+      report_progress();
     }
-    report_progress();
     return end;
   }
 

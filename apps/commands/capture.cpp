@@ -48,6 +48,7 @@ class Teller {
         "{:.1f} MB\n",
         plan.views, fmt::join(plan.exposures_s, ", "), forecast.frames, total, forecast.duration_s,
         static_cast<double>(forecast.bytes) / 1e6);
+    std::fflush(stdout);  // before what follows, in a log too
   }
 
   void record(const json& r) {

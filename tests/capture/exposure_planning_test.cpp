@@ -85,6 +85,18 @@ TEST(ExposurePlanning, EveryLightReachesTheRatioAndNoSmallerSetDoes) {
     }
 }
 
+TEST(ExposurePlanning, NoTimeIsThereForARounding) {
+  const CameraProfile c = camera();
+  for (int wanted = 20; wanted < 120; ++wanted) {
+    const LightRange light{2e6, 2e4};
+    std::vector<double> times = plan_exposures(light, c, wanted);
+    for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GE(times[i], 1.29 * times[i - 1]);
+    if (times.size() < 2) continue;
+    times.pop_back();
+    EXPECT_LT(worst_ratio(light, times, c), 0.999 * wanted) << "the last time does nothing";
+  }
+}
+
 TEST(ExposurePlanning, SaysWhatCannotBeReached) {
   const CameraProfile c = camera();
   const auto error = [&](const LightRange& light, double wanted) {
