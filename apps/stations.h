@@ -17,8 +17,6 @@ namespace wheatstone::apps {
 
 using Progress = std::function<void(const std::string& what, int done, int total)>;
 
-/// raw/*.png to hdr/<view>.exr, cd/m^2: the shard's views, of which those that are already there
-/// are kept. Errors: FileError naming the view's frames.
 /// Of the views merged now, where the capture was planned for a signal-to-noise ratio: the smallest
 /// share of a view's photosites that reach it, by the merge's own standard deviations.
 struct MergeReport {
@@ -26,6 +24,8 @@ struct MergeReport {
   double signal_to_noise = 0, coverage = 0;  // planned for; 0 if the exposures were given by hand
   double least_share = 1;
 };
+/// raw/*.png to hdr/<view>.exr, cd/m^2: the shard's views, of which those that are already there
+/// are kept. Errors: FileError naming the view's frames.
 MergeReport merge(const Dataset&, const Progress&, Shard = {});
 
 struct PoseCalibrationOptions {

@@ -8,6 +8,7 @@
 #include "capture/noise_profile.h"
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/json.h"
 #include "core/png.h"
 
 namespace wheatstone {
@@ -103,7 +104,7 @@ MosaicImage read_frame(const std::filesystem::path& file, const CodeRange& range
 }
 
 ExposureStack read_exposure_stack(const std::filesystem::path& file) {
-  const json document = parse_json_file(file);
+  const json document = read_json(file);
   const StrictObject top(
       document, file, "",
       {"pattern", "bits", "black", "saturation", "estimator", "noise", "frames"});

@@ -86,7 +86,7 @@ class Session {
     for (const char* folder : {"", "raw", "session"}) remove_unfinished(dataset_.file(folder));
     record_.verify();
     if (!record_.complete(shots_)) {
-      fs::remove(dataset_.file("dataset.json"));  // not a finished capture any more
+      unfinish();
       require_space();
       prepare();
       for (std::size_t i = 0; i < shots_.size();) i = take_view(i);
@@ -105,12 +105,22 @@ class Session {
     if (listener_.stop_requested && listener_.stop_requested()) throw Cancelled("capture stopped");
   }
 
+  /// Not a finished capture any more.
+  void unfinish() const {
+    std::error_code error;
+    fs::remove(dataset_.file("dataset.json"), error);
+    if (error)
+      throw FileError(dataset_.file("dataset.json"), "cannot be removed (" + error.message() + ")",
+                      "make the folder writable");
+  }
+
   void require_space() const {
     std::vector<Shot> missing;
     for (const Shot& s : shots_)
       if (!record_.taken(s)) missing.push_back(s);
-    const std::uintmax_t needed = forecast(missing, plan_, rig_).bytes,
-                         free = fs::space(dataset_.root()).available;
+    const std::uintmax_t needed = forecast(missing, plan_, rig_).bytes;
+    std::error_code error;  // then the largest number there is: writing will tell
+    const std::uintmax_t free = fs::space(dataset_.root(), error).available;
     if (needed > free)
       throw FileError(
           dataset_.root(),
@@ -205,8 +215,9 @@ class Session {
     frame["gain"] = raw.gain;
     frame["camera_serial"] = raw.camera_serial;
     frame["triggered_ns"] = raw.triggered_ns;
-    frame["bytes"] = fs::file_size(dataset_.file(shot.file));
-    frame["sha256"] = sha256_hex_of(dataset_.file(shot.file));
+    const std::vector<std::byte> written = read_bytes(dataset_.file(shot.file));
+    frame["bytes"] = written.size();
+    frame["sha256"] = sha256_hex(written);
     record_.add("frame", frame);
     report_progress();
   }

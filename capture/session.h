@@ -29,8 +29,7 @@ struct CaptureListener {
 ///
 /// Writes raw/*.png, and when all are there frames.json and, last, `manifest` as dataset.json.
 /// Files that are not what the journal says are moved to session/set_aside/, never deleted.
-/// Lights are off and the carriage stands when it returns or throws; the lights and the journal of
-/// an unplugged rig say so.
+/// Lights are off and the carriage stands when it returns or throws, as far as the devices answer.
 /// Errors: ArgumentError: the plan, or a session in this folder with another plan, rig or manifest
 ///           (the message lists what differs);
 ///         FileError: the folder holds another dataset or is in use, too little space, disk faults;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/files.h"
-
 namespace wheatstone {
 
 namespace {
@@ -56,14 +54,6 @@ int StrictObject::integer(const std::string& key, int lowest, int highest) const
     fail(key, "must be a whole number from " + std::to_string(lowest) + " to " +
                   std::to_string(highest));
   return value.get<int>();
-}
-
-nlohmann::json parse_json_file(const std::filesystem::path& file) {
-  try {
-    return nlohmann::json::parse(read_text(file));
-  } catch (const nlohmann::json::exception& e) {
-    throw FileError(file, std::string("is not valid JSON: ") + e.what(), kRemedy);
-  }
 }
 
 }  // namespace wheatstone

@@ -44,7 +44,4 @@ class StrictObject {
   std::string where_;
 };
 
-/// The whole file. FileError if it is missing or not JSON.
-nlohmann::json parse_json_file(const std::filesystem::path&);
-
 }  // namespace wheatstone

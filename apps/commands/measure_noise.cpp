@@ -7,12 +7,13 @@
 #include "calib/photon_transfer.h"
 #include "capture/exposure_stack.h"
 #include "capture/noise_profile.h"
+#include "core/json.h"
 
 namespace wheatstone::apps {
 namespace {
 
 void measure_noise(const std::filesystem::path& file, const std::string& out) {
-  const nlohmann::json document = parse_json_file(file);
+  const nlohmann::json document = read_json(file);
   const StrictObject top(document, file, "",
                          {"camera", "pattern", "bits", "black", "saturation", "pairs"});
   NoiseProfile profile;

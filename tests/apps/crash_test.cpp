@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "program.h"
+#include "tests/dataset_contents.h"
 #include "traced_process.h"
 
 namespace wheatstone::apps {
@@ -22,24 +23,13 @@ std::vector<std::string> capture(const fs::path& folder) {
           "2",       "--exposures",   "0.005",   "0.05"};
 }
 
-/// Contents by name of all that is the dataset's; session/ tells how it came about.
-std::map<std::string, std::vector<std::byte>> contents(const fs::path& root) {
-  std::map<std::string, std::vector<std::byte>> out;
-  for (const auto& entry : fs::recursive_directory_iterator(root)) {
-    const std::string name = fs::relative(entry.path(), root).string();
-    if (entry.is_regular_file() && !name.starts_with("session/"))
-      out[name] = read_bytes(entry.path());
-  }
-  return out;
-}
-
 class CrashTest : public TemporaryFolder, public ::testing::WithParamInterface<int> {};
 
 TEST_P(CrashTest, KilledCapturesEndAsOneThatWasNot) {
   const TracedEnd whole = run_traced(capture(root_ / "whole"), -1);
   ASSERT_EQ(whole.status, 0);
   ASSERT_GT(whole.calls, 100);
-  const auto expected = contents(root_ / "whole");
+  const auto expected = dataset_contents(root_ / "whole");
   ASSERT_EQ(expected.size(), 7U + 5U);
 
   RandomStream random(11, static_cast<std::uint64_t>(GetParam()));
@@ -50,13 +40,13 @@ TEST_P(CrashTest, KilledCapturesEndAsOneThatWasNot) {
     const TracedEnd end = run_traced(capture(folder), at);
     ASSERT_TRUE(end.killed) << at;
     if (fs::exists(folder / "dataset.json")) {
-      EXPECT_TRUE(contents(folder) == expected) << "not finished, but says so";
+      EXPECT_TRUE(dataset_contents(folder) == expected) << "not finished, but says so";
     }
     if (i % 2 == 1)
       run_traced(capture(folder), static_cast<int>(random.uniform() * whole.calls / 2));
     const Outcome resumed = run_program(capture(folder));
     ASSERT_EQ(resumed.status, 0) << resumed.err;
-    EXPECT_TRUE(contents(folder) == expected)
+    EXPECT_TRUE(dataset_contents(folder) == expected)
         << "killed before call " << at << ", " << end.last_call;
   }
 }

@@ -12,6 +12,7 @@
 #include "core/files.h"
 #include "core/journal.h"
 #include "core/png.h"
+#include "tests/dataset_contents.h"
 #include "tests/error_text.h"
 #include "tests/temporary_folder.h"
 #include "troubled_rig.h"
@@ -27,24 +28,13 @@ const CapturePlan kPlan{3, {1 / 240.0, 1 / 15.0}};
 constexpr int kFrames = 3 * 3 + 1;
 const DatasetManifest kManifest{"capture", "card", 7, 0.05, "simulated rig", 0, 1};
 
-/// Contents by name of all that is the dataset's: not the session's books.
-std::map<std::string, std::vector<std::byte>> contents(const fs::path& root) {
-  std::map<std::string, std::vector<std::byte>> out;
-  for (const auto& entry : fs::recursive_directory_iterator(root)) {
-    const std::string name = fs::relative(entry.path(), root).string();
-    if (entry.is_regular_file() && !name.starts_with("session/"))
-      out[name] = read_bytes(entry.path());
-  }
-  return out;
-}
-
 class SessionTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     const TemporaryFolder folder;
     TroubledRig rig;
     capture_light_field(rig.rig(), Dataset(folder.path), kManifest, kPlan, {});
-    whole_ = contents(folder.path);
+    whole_ = dataset_contents(folder.path);
   }
 
   static std::string capture(TroubledRig& rig, const fs::path& root,
@@ -69,7 +59,7 @@ class SessionTest : public ::testing::Test {
     TroubledRig another_day;
     EXPECT_EQ(capture(another_day, folder.path), "no error") << what;
     EXPECT_EQ(another_day.frames, kFrames - taken) << "only what is missing: " << what;
-    EXPECT_TRUE(contents(folder.path) == whole_) << what;
+    EXPECT_TRUE(dataset_contents(folder.path) == whole_) << what;
   }
 
   static inline std::map<std::string, std::vector<std::byte>> whole_;
@@ -202,7 +192,7 @@ TEST_F(SessionTest, CancelledAtAnyStep) {
     TroubledRig again;
     EXPECT_EQ(capture(again, folder.path), "no error");
     EXPECT_EQ(rig.frames + again.frames, kFrames);
-    EXPECT_TRUE(contents(folder.path) == whole_) << n;
+    EXPECT_TRUE(dataset_contents(folder.path) == whole_) << n;
   }
 }
 
@@ -211,7 +201,7 @@ TEST_F(SessionTest, AFinishedSessionTakesNothingAgain) {
   EXPECT_EQ(capture(rig, folder_.path), "no error");
   EXPECT_EQ(capture(again, folder_.path), "no error");
   EXPECT_EQ(again.frames + again.moves, 0);
-  EXPECT_TRUE(contents(folder_.path) == whole_);
+  EXPECT_TRUE(dataset_contents(folder_.path) == whole_);
 }
 
 TEST_F(SessionTest, DamagedAndLostFilesAreTakenAgainAndNothingIsDeleted) {
@@ -224,7 +214,7 @@ TEST_F(SessionTest, DamagedAndLostFilesAreTakenAgainAndNothingIsDeleted) {
   fs::remove(folder_.path / "raw/view_002_exposure_1.png");
   EXPECT_EQ(capture(again, folder_.path), "no error");
   EXPECT_EQ(again.frames, 3);
-  EXPECT_TRUE(contents(folder_.path) == whole_);
+  EXPECT_TRUE(dataset_contents(folder_.path) == whole_);
   int kept = 0;
   for (const auto& entry : fs::directory_iterator(folder_.path / "session/set_aside"))
     kept += entry.is_regular_file();
@@ -261,7 +251,7 @@ TEST_F(SessionTest, AnotherPlanIsRefusedWithTheDifference) {
                 capture_light_field(other_scene.rig(), Dataset(folder_.path), manifest, kPlan, {});
               }),
               HasSubstr("scene: \"card\" there, \"sphere\" asked for"));
-  EXPECT_TRUE(contents(folder_.path) == whole_) << "nothing has changed";
+  EXPECT_TRUE(dataset_contents(folder_.path) == whole_) << "nothing has changed";
 }
 
 TEST_F(SessionTest, OtherDatasetsAreLeftAlone) {
