@@ -185,7 +185,7 @@ TEST_F(BadInput, OutputThatCannotBeWritten) {
 
 TEST_F(BadInput, NoOpenGl) {
   write_small_light_field(root_ / "d");
-  const Surroundings without_driver{{"__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent"}, {}};
+  const Surroundings without_driver{{"__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent"}, {}, {}};
   expect_refused(run_program({"render", path("d")}, without_driver),
                  {"OpenGL", "libgl1-mesa-dri", "--cpu"});
   EXPECT_FALSE(fs::exists(path("d/targets.json")));
