@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,9 +28,11 @@ struct PanelDrive {
   DriveImage lcd, projector;
 };
 
+/// Emulated devices act on it from threads of their own: they hold `mutex` while they do.
 struct World {
   World(const std::string& scene_name, double scale, std::uint64_t seed);
 
+  std::mutex mutex;
   std::uint64_t seed;
   std::string scene_name;
   double scale;
