@@ -48,9 +48,10 @@ struct World {
   CameraProfile camera_profile;
 
   /// The motor turns to `mm` (a whole number of steps) and the carriage settles, a few micrometres
-  /// beside it; returns what an encoder on the motor reads then. Where it comes to rest depends on
-  /// the position, the side it comes from and how often it came from there; not on what else was
-  /// done, so that a session in two parts sees what one in a single part sees.
+  /// beside it; returns what an encoder on the motor reads then. Nothing moves if it stands there.
+  /// Where it comes to rest depends on the position, the side it comes from and how often it came
+  /// from there; not on what else was done, so that a session in two parts sees what one in a
+  /// single part sees.
   double move_carriage(double mm);
   /// At the home switch: position 0.
   void home_carriage();
@@ -65,7 +66,7 @@ struct World {
   }
 
  private:
-  double commanded_mm_ = 0;
+  double commanded_mm_ = 0, encoder_mm_ = 0;
   std::map<std::pair<double, int>, std::uint64_t> visits_;
 };
 
