@@ -141,10 +141,8 @@ std::string ArduinoGantryFirmware::run(Nanoseconds now) {
         out_ += "End\r\n";
         const std::string waited = std::exchange(waiting_, {});
         for (std::size_t i = 0; i < waited.size(); ++i) {
-          if (state_ == State::kMoving) {
-            waiting_ = waited.substr(i);
-            break;
-          }
+          if (state_ == State::kMoving) waiting_ = waited.substr(i);
+          if (state_ == State::kMoving || state_ == State::kHoming) break;
           take(waited[i], at);
         }
         break;

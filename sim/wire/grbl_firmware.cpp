@@ -38,6 +38,11 @@ GrblFirmware::GrblFirmware(Options options, Machine machine)
   reset(0, true);
 }
 
+double GrblFirmware::place(int axis) const {
+  return -settings_.at(27) -
+         static_cast<double>(steps_at(now_)[static_cast<std::size_t>(axis)]) / steps_per_mm(axis);
+}
+
 void GrblFirmware::power_cycle(Nanoseconds now) {
   homed_ = false;
   if (in_move_) halt(now);
