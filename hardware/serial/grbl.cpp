@@ -244,13 +244,11 @@ double GrblController::move(int axis, double target, const Deadline& deadline) {
     come_to_a_stand();
     throw;
   } catch (const DeviceError& e) {
-    if (e.kind() == Kind::kTimeout || e.kind() == Kind::kProtocol) {
-      port_.write_now("!\x18");
+    if (e.kind() == Kind::kRefused) {
+      if (state_ == StageState::kMoving) state_ = StageState::kIdle;  // it did not take the order
+    } else {
+      port_.write_now("!\x18");  // whatever it is doing
       lose_position();
-    } else if (e.kind() == Kind::kDisconnected) {
-      lose_position();
-    } else if (state_ == StageState::kMoving) {
-      state_ = e.kind() == Kind::kRefused ? StageState::kIdle : StageState::kUnknown;
     }
     throw;
   }

@@ -120,6 +120,7 @@ void ArduinoGantryFirmware::settle(std::int32_t pulses) {
 }
 
 std::string ArduinoGantryFirmware::run(Nanoseconds now) {
+  now_ = now;
   while (until_ <= now) {
     const Nanoseconds at = until_;
     switch (state_) {

@@ -43,10 +43,10 @@ double GrblFirmware::place(int axis) const {
          static_cast<double>(steps_at(now_)[static_cast<std::size_t>(axis)]) / steps_per_mm(axis);
 }
 
-void GrblFirmware::power_cycle(Nanoseconds now) {
+void GrblFirmware::restart() {
   homed_ = false;
-  if (in_move_) halt(now);
-  reset(now, true);
+  if (in_move_) halt(now_);
+  reset(now_, true);
 }
 
 void GrblFirmware::reset(Nanoseconds now, bool power_up) {

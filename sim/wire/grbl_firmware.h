@@ -46,7 +46,8 @@ class GrblFirmware final : public SerialFirmware {
   void set(int number, double value) { settings_[number] = value; }
   /// Hits a limit switch: alarm 1.
   void hit_limit() { hit_limit_ = true; }
-  void power_cycle(Nanoseconds now);
+  /// Loses its power for a moment.
+  void restart();
 
  private:
   enum class State { kIdle, kRun, kHold, kAlarm, kHoming };

@@ -51,7 +51,7 @@ class TwinStageBackend final : public StageBackend {
 /// The emulated controller runs twenty times as fast as a real one.
 inline constexpr double kEmulatorSpeed = 20;
 
-class GrblBackend final : public StageBackend {
+class GrblBackend : public StageBackend {
  public:
   explicit GrblBackend(const GrblFirmware::Options& options = {}) : firmware_(options, {}) {}
   LinearStage& stage() override {
@@ -86,7 +86,7 @@ class GrblBackend final : public StageBackend {
   std::unique_ptr<GrblRail> stage_;
 };
 
-class ArduinoBackend final : public StageBackend {
+class ArduinoBackend : public StageBackend {
  public:
   explicit ArduinoBackend(const ArduinoGantryFirmware::Options& options = {5000, true})
       : firmware_(options, {}) {}
