@@ -12,8 +12,8 @@ namespace wheatstone::apps {
 
 std::array<EyeCheck, 2> check_at_eye(const Dataset& dataset, SimulatedRig& twin) {
   const Rig rig = twin.rig();
-  for (int i = 0; i < rig.markers.count(); ++i) rig.markers.set(i, false);
-  rig.leds.set_all(1);
+  rig.markers->all_off();
+  rig.leds->set_all(1, rig.clock.in(5.0_s));
   present(dataset, rig);
   make_folder(dataset.file("eye"));
   std::array<EyeCheck, 2> checks;
@@ -33,7 +33,7 @@ std::array<EyeCheck, 2> check_at_eye(const Dataset& dataset, SimulatedRig& twin)
     write_exr(dataset.file("eye/" + to_string(eye) + "_displays.exr"), check.displays);
     write_exr(dataset.file("eye/" + to_string(eye) + "_box.exr"), check.box);
   }
-  rig.leds.set_all(0);
+  rig.leds->all_off();
   return checks;
 }
 

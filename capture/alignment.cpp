@@ -18,7 +18,7 @@ void record_alignments(const Rig& rig, const Dataset& dataset, int settings) {
       for (const Eigen::Vector3d& p : *points) {
         Eigen::Vector2d sum = Eigen::Vector2d::Zero();
         for (int i = 0; i < settings; ++i)
-          sum += rig.observer.align(id, p, rig.clock.in(kAlignLimit));
+          sum += rig.observer->align(id, p, rig.clock.in(kAlignLimit));
         marks.push_back({p, sum / settings});
       }
     all.push_back(marks);

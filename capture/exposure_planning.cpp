@@ -7,7 +7,6 @@
 #include <set>
 
 #include "capture/merge.h"
-#include "capture/safe_state.h"
 #include "core/error.h"
 
 namespace wheatstone {
@@ -17,7 +16,7 @@ namespace {
 // the darkest light to a tenth.
 constexpr double kHeadroom = 0.8, kDarkMargin = 0.9;
 constexpr double kApart = 1.3;  // between neighbours: cameras name their times to a sixth stop
-constexpr Duration kMoveLimit = Duration::of(60);
+constexpr Duration kMoveLimit = Duration::of(60), kLightLimit = Duration::of(5);
 constexpr double kProbeStep = 8, kProbeStart_s = 1.0 / 60;
 constexpr double kSeenElectrons = 100;  // of the darkest light, so that it is known to 10 %
 
@@ -58,8 +57,8 @@ class Probe {
       if (stop_requested && stop_requested()) throw Cancelled("capture stopped");
       const Duration exposure = Duration::of(t);
       const Deadline deadline =
-          rig_.clock.in(Duration::of(2 * rig_.camera.frame_duration(exposure).value() + 30));
-      const RawFrame raw = rig_.camera.expose(exposure, deadline);
+          rig_.clock.in(Duration::of(2 * rig_.camera->frame_duration(exposure).value() + 30));
+      const RawFrame raw = rig_.camera->expose(exposure, deadline);
       stack_.push_back({raw.mosaic, raw.exposure, raw.gain});
     };
     double t = kProbeStart_s;
@@ -162,11 +161,11 @@ LightRange probe_light(const Rig& rig, const CapturePlan& plan, double coverage,
   if (!(coverage > 0 && coverage < 1))
     throw ArgumentError("the coverage must lie between 0 and 1", "use 0.95");
   const SafeAtExit guard(rig);
-  rig.stage.home(rig.clock.in(kMoveLimit));
-  rig.leds.set_all(1);
+  rig.stage->home(rig.clock.in(kMoveLimit));
+  rig.leds->set_all(1, rig.clock.in(kLightLimit));
   LightRange range{0, std::numeric_limits<double>::infinity()};
-  for (const double mm : probed_positions_mm(plan, rig.stage.travel())) {
-    rig.stage.move_to(Length::of(mm), rig.clock.in(kMoveLimit));
+  for (const double mm : probed_positions_mm(plan, rig.stage->travel())) {
+    rig.stage->move_to(Length::of(mm), rig.clock.in(kMoveLimit));
     const LightRange here = Probe(rig, coverage).run(stop_requested);
     range.brightest_dn_s = std::max(range.brightest_dn_s, here.brightest_dn_s);
     range.darkest_e_s = std::min(range.darkest_e_s, here.darkest_e_s);

@@ -89,10 +89,10 @@ CaptureForecast forecast(const std::vector<Shot>& shots, const CapturePlan& plan
   for (const Shot& shot : shots) {
     if (!before || before->view != shot.view) {
       const double mm = std::abs(shot.position.value() - position_mm);
-      out.duration_s += rig.stage.move_duration(Length::of(mm)).value() + plan.settle_s;
+      out.duration_s += rig.stage->move_duration(Length::of(mm)).value() + plan.settle_s;
       position_mm = shot.position.value();
     }
-    out.duration_s += rig.camera.frame_duration(Duration::of(shot.exposure_s)).value();
+    out.duration_s += rig.camera->frame_duration(Duration::of(shot.exposure_s)).value();
     ++out.frames;
     before = &shot;
   }

@@ -7,7 +7,6 @@
 #include <span>
 
 #include "calib/markers.h"
-#include "capture/safe_state.h"
 #include "capture/session_record.h"
 #include "core/digest.h"
 #include "core/error.h"
@@ -24,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr Duration kMoveLimit = Duration::of(60);
+constexpr Duration kMoveLimit = Duration::of(60), kLightLimit = Duration::of(5);
 constexpr double kPositionToleranceMm = 0.5;  // reached against commanded
 constexpr double kSamePlaceMm = 0.02;         // frames of one view: a tenth of a pixel
 constexpr double kExposureTolerance = 0.12;   // nominal times are rounded by up to a sixth stop
@@ -37,7 +36,7 @@ json setup_of(const Rig& rig, const DatasetManifest& manifest, const CapturePlan
            {{"serial", rig.camera_profile.serial},
             {"width_px", k.width_px},
             {"height_px", k.height_px}}},
-          {"travel_mm", rig.stage.travel().value()},
+          {"travel_mm", rig.stage->travel().value()},
           {"scene", manifest.scene},
           {"seed", manifest.seed},
           {"scale", manifest.scale},
@@ -80,7 +79,7 @@ class Session {
         manifest_(manifest),
         plan_(plan),
         listener_(listener),
-        shots_(shots_of(plan, rig.stage.travel())),
+        shots_(shots_of(plan, rig.stage->travel())),
         record_(dataset, setup_of(rig, manifest, plan), listener.on_record) {}
   void run() try {
     for (const char* folder : {"", "raw", "session"}) remove_unfinished(dataset_.file(folder));
@@ -138,7 +137,7 @@ class Session {
     stop_if_asked();
     if (const double t = record_.unfinished_exposure_s(); t > 0)
       rig_.clock.wait_until(rig_.clock.in(Duration::of(t + kReadoutS)).at_ns);
-    position_ = rig_.stage.home(rig_.clock.in(kMoveLimit));
+    position_ = rig_.stage->home(rig_.clock.in(kMoveLimit));
     record_.add("homed", {{"reached_mm", position_.value()}});
   }
 
@@ -170,7 +169,7 @@ class Session {
   Length go_to(const Shot& shot) {
     // Towards the position from the shot's side, whatever stood before.
     const bool from_above = shot.approach == Shot::Approach::kFromAbove;
-    if (from_above && position_ <= shot.position) move_to(rig_.stage.travel());
+    if (from_above && position_ <= shot.position) move_to(rig_.stage->travel());
     if (!from_above && position_ > shot.position) move_to(Length::of(0));
     const Length reached = move_to(shot.position);
     rig_.clock.wait_until(rig_.clock.in(Duration::of(plan_.settle_s)).at_ns);
@@ -178,7 +177,7 @@ class Session {
   }
 
   Length move_to(Length target) {
-    position_ = rig_.stage.move_to(target, rig_.clock.in(kMoveLimit));
+    position_ = rig_.stage->move_to(target, rig_.clock.in(kMoveLimit));
     if (std::abs(position_.value() - target.value()) > kPositionToleranceMm)
       throw DeviceError(DeviceError::Kind::kFault,
                         fmt::format("the carriage stands at {:.3f} mm instead of {:.3f} mm",
@@ -189,9 +188,9 @@ class Session {
 
   void set_light(Shot::Light light) {
     const bool markers = light == Shot::Light::kMarkers;
-    if (markers) rig_.leds.set_all(0);
-    for (int i = 0; i < rig_.markers.count(); ++i) rig_.markers.set(i, markers);
-    if (!markers) rig_.leds.set_all(1);
+    if (markers) rig_.leds->set_all(0, rig_.clock.in(kLightLimit));
+    rig_.markers->set(markers ? rig_.markers->all() : 0, rig_.clock.in(kLightLimit));
+    if (!markers) rig_.leds->set_all(1, rig_.clock.in(kLightLimit));
   }
 
   void take(const Shot& shot, Length reached) {
@@ -207,8 +206,8 @@ class Session {
     record_.add("trigger", frame);
     const Duration exposure = Duration::of(shot.exposure_s);
     const Deadline deadline =
-        rig_.clock.in(Duration::of(2 * rig_.camera.frame_duration(exposure).value() + 30));
-    const RawFrame raw = rig_.camera.expose(exposure, deadline);
+        rig_.clock.in(Duration::of(2 * rig_.camera->frame_duration(exposure).value() + 30));
+    const RawFrame raw = rig_.camera->expose(exposure, deadline);
     require_the_frame(raw, shot, asked_ns);
     write_mosaic_png(dataset_.file(shot.file), raw.mosaic);
     frame["exposure_s"] = raw.exposure.value();

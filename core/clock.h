@@ -2,7 +2,9 @@
 // Time is handed in, so that a test never sleeps.
 
 #include <cstdint>
+#include <stop_token>
 #include <string>
+#include <utility>
 
 #include "core/units.h"
 
@@ -11,9 +13,11 @@ namespace wheatstone {
 /// Nanoseconds since an arbitrary start; never goes back.
 using Nanoseconds = std::int64_t;
 
-/// A point in time after which a blocking call gives up.
+/// When a blocking call gives up: at a point in time, or within 50 ms of a request to stop (it then
+/// throws Cancelled).
 struct Deadline {
   Nanoseconds at_ns = 0;
+  std::stop_token cancel = {};
 };
 
 class Clock {
@@ -23,7 +27,9 @@ class Clock {
   /// Returns at or after `at_ns`.
   virtual void wait_until(Nanoseconds at_ns) = 0;
 
-  Deadline in(Duration d) const { return {now_ns() + static_cast<Nanoseconds>(d.value() * 1e9)}; }
+  Deadline in(Duration d, std::stop_token cancel = {}) const {
+    return {now_ns() + static_cast<Nanoseconds>(d.value() * 1e9), std::move(cancel)};
+  }
 };
 
 /// The machine's monotonic clock.

@@ -31,6 +31,7 @@ using Length = Quantity<struct LengthTag>;        // mm
 using Vergence = Quantity<struct VergenceTag>;    // dioptre, 1/m
 using Luminance = Quantity<struct LuminanceTag>;  // cd/m^2
 using Duration = Quantity<struct DurationTag>;    // s
+using Angle = Quantity<struct AngleTag>;          // rad
 
 constexpr Length operator""_mm(long double v) {
   return Length::of(static_cast<double>(v));
@@ -43,6 +44,13 @@ constexpr Luminance operator""_cd_m2(long double v) {
 }
 constexpr Duration operator""_s(long double v) {
   return Duration::of(static_cast<double>(v));
+}
+
+constexpr Angle degrees(double deg) {
+  return Angle::of(deg * 3.14159265358979323846 / 180);
+}
+constexpr double to_degrees(Angle a) {
+  return a.value() * 180 / 3.14159265358979323846;
 }
 
 /// Focal distance of a plane `distance` away from the eye. Pre: distance > 0 mm.

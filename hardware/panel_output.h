@@ -25,6 +25,8 @@ class PanelOutput {
   /// Shows the frame from the first refresh at or after `at` on, and returns when it is visible.
   /// Throws DeviceError kRefused for an image of another size or type.
   virtual PresentRecord show(const DriveImage&, Nanoseconds at) = 0;
+  /// Shows the darkest there is, from the next refresh on. Any thread, any time.
+  virtual void go_dark() noexcept = 0;
 };
 
 }  // namespace wheatstone

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <string>
 #include <vector>
 
 #include "core/clock.h"
@@ -10,22 +11,48 @@
 #include "hardware/alignment_observer.h"
 #include "hardware/device_error.h"
 #include "hardware/led_array.h"
-#include "hardware/linear_stage.h"
 #include "hardware/marker_lights.h"
 #include "hardware/panel_output.h"
+#include "hardware/stage.h"
 #include "hardware/still_camera.h"
 
 namespace wheatstone {
 
+/// A device that a rig may lack. Using one that is lacking throws DeviceError kNotFound.
+template <class D>
+class Fitted {
+ public:
+  explicit Fitted(const char* what) : what_(what) {}
+  Fitted& operator=(D& device) {
+    device_ = &device;
+    return *this;
+  }
+  explicit operator bool() const { return device_ != nullptr; }
+  D& operator*() const {
+    if (!device_)
+      throw DeviceError(DeviceError::Kind::kNotFound, std::string("this rig has no ") + what_,
+                        "name one in the rig file");
+    return *device_;
+  }
+  D* operator->() const { return &**this; }
+
+ private:
+  const char* what_;
+  D* device_ = nullptr;
+};
+
 /// Refers to devices owned elsewhere, which must outlive it.
 struct Rig {
+  explicit Rig(Clock& c) : clock(c) {}
+
   Clock& clock;
-  LinearStage& stage;
-  MarkerLights& markers;
-  LedArray& leds;
-  StillCamera& camera;
-  AlignmentObserver& observer;
-  std::array<PanelOutput*, 8> panels;  // at 2 * index_of(id) + (projector ? 1 : 0); never null
+  Fitted<LinearStage> stage{"camera rail"};
+  Fitted<RotaryStage> platform{"turning platform"};
+  Fitted<MarkerLights> markers{"marker lights"};
+  Fitted<LedArray> leds{"LED array"};
+  Fitted<StillCamera> camera{"still camera"};
+  Fitted<AlignmentObserver> observer{"alignment observer"};
+  std::array<PanelOutput*, 8> panels{};  // at 2 * index_of(id) + (projector ? 1 : 0); null: lacking
 
   CameraProfile camera_profile;
   std::vector<PanelModel> panel_models;  // at index_of(id)
@@ -34,8 +61,27 @@ struct Rig {
 
   PanelOutput& panel(DisplayId id, PanelOutput::Modulator modulator) const {
     const bool projector = modulator == PanelOutput::Modulator::kProjector;
-    return *panels[static_cast<std::size_t>(2 * index_of(id) + (projector ? 1 : 0))];
+    PanelOutput* output = panels[static_cast<std::size_t>(2 * index_of(id) + (projector ? 1 : 0))];
+    if (!output)
+      throw DeviceError(DeviceError::Kind::kNotFound, "this rig has no display " + to_string(id),
+                        "name one in the rig file");
+    return *output;
   }
+};
+
+/// Stops what moves and darkens what shines, as far as the devices answer.
+void make_safe(const Rig&) noexcept;
+
+/// Leaves the rig safe, however the block ends.
+class SafeAtExit {
+ public:
+  explicit SafeAtExit(const Rig& rig) : rig_(rig) {}
+  ~SafeAtExit() { make_safe(rig_); }
+  SafeAtExit(const SafeAtExit&) = delete;
+  SafeAtExit& operator=(const SafeAtExit&) = delete;
+
+ private:
+  const Rig& rig_;
 };
 
 }  // namespace wheatstone

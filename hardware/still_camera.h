@@ -1,11 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
-#include "core/clock.h"
 #include "core/image.h"
-#include "core/rig_types.h"
 #include "core/units.h"
+#include "hardware/device.h"
 
 namespace wheatstone {
 
@@ -16,18 +17,25 @@ struct RawFrame {
   double gain = 1;               // ISO / 100
   std::string camera_serial;     // of the body that took it
   Nanoseconds triggered_ns = 0;  // on the rig's clock
+  // The camera's own file, where it makes one, and how its name ends ("ARW").
+  std::vector<std::byte> file;
+  std::string file_type;
 };
 
 /// The capture camera at ISO 100.
-class StillCamera {
+class StillCamera : public Device {
  public:
-  virtual ~StillCamera() = default;
-  virtual const CameraProfile& profile() const = 0;
+  /// The exposure the camera takes when asked for this one: the nearest it offers. Throws
+  /// kOutOfRange where the nearest is further away than a sixth of a stop.
+  virtual Duration offered_exposure(Duration) const = 0;
   /// How long expose() takes when nothing goes wrong.
   virtual Duration frame_duration(Duration exposure) const = 0;
-  /// Takes one frame; the shutter is closed when this returns. Throws DeviceError (kOutOfRange,
-  /// kTimeout: the shutter may still be open; kDisconnected).
+  /// Takes one frame at offered_exposure(); the shutter is closed when this returns. Throws
+  /// kTimeout (the shutter may still be open), kFault (the camera took something else, or its file
+  /// is damaged), kRefused (its card is full).
   virtual RawFrame expose(Duration, Deadline) = 0;
+  /// Ends an exposure that is under way, where the camera can; expose() then throws Cancelled.
+  virtual void abort() noexcept = 0;
 };
 
 }  // namespace wheatstone

@@ -130,13 +130,23 @@ Duration SimulatedCamera::frame_duration(Duration exposure) const {
   return Duration::of(exposure.value() + kReadoutS);
 }
 
-RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
+DeviceIdentity SimulatedCamera::identity() const {
+  return {"simulated", "twin of the capture camera", world_.camera_profile.serial, "", ""};
+}
+
+Duration SimulatedCamera::offered_exposure(Duration exposure) const {
   const double t = exposure.value();
   if (!(t >= 1.0 / 8000 * 0.999 && t <= 30)) {
     std::ostringstream problem;
     problem << "the camera cannot expose for " << t << " s";
     throw DeviceError(DeviceError::Kind::kOutOfRange, problem.str(), "use 1/8000 s to 30 s");
   }
+  return exposure;
+}
+
+RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
+  const double t = offered_exposure(exposure).value();
+  world_.faults.meet("camera", deadline);
   const Nanoseconds triggered = world_.clock.now_ns(),
                     done = world_.clock.in(frame_duration(exposure)).at_ns;
   if (done > deadline.at_ns) {
@@ -146,7 +156,7 @@ RawFrame SimulatedCamera::expose(Duration exposure, Deadline deadline) {
   }
   const cv::Mat1f optical = optical_image_cd_m2();
   const CameraProfile& p = world_.camera_profile;
-  RawFrame frame{{cv::Mat1w(optical.size()), p.pattern}, exposure, 1, p.serial, triggered};
+  RawFrame frame{{cv::Mat1w(optical.size()), p.pattern}, exposure, 1, p.serial, triggered, {}, {}};
   const double gain = p.dn_per_cd_m2_s * t;
   const double electronic = std::hypot(p.read_noise_e, p.adc_noise);  // at ISO 100, in k
   const std::uint64_t what = stream_of({std::bit_cast<std::uint64_t>(world_.carriage_mm),

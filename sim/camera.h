@@ -16,11 +16,15 @@ class SimulatedCamera final : public StillCamera {
  public:
   SimulatedCamera(World& world, bool noise);
 
-  const CameraProfile& profile() const override { return world_.camera_profile; }
+  const CameraProfile& profile() const { return world_.camera_profile; }
+  DeviceIdentity identity() const override;
+  /// Any from 1/8000 s to 30 s.
+  Duration offered_exposure(Duration) const override;
   Duration frame_duration(Duration exposure) const override;
-  /// Takes 1/8000 s to 30 s. The noise depends on what is seen for how long, and how often that
+  /// The noise depends on what is seen for how long, and how often that
   /// was taken already; not on what else was taken.
   RawFrame expose(Duration, Deadline) override;
+  void abort() noexcept override {}  // exposures are over when they return
 
   /// Noise-free camera-space colour per photosite in cd/m^2, as the lens images it now.
   cv::Mat1f optical_image_cd_m2();

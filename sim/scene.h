@@ -12,7 +12,7 @@ namespace wheatstone {
 
 /// What is switched on in the box.
 struct BoxLight {
-  double led_drive = 0;      // of all ceiling LEDs, linear, 0..1
+  double led_drive = 0;      // mean of all ceiling LEDs, linear, 0..1: they shine as one white lamp
   unsigned marker_mask = 0;  // bit i: marker i is lit
   friend bool operator==(const BoxLight&, const BoxLight&) = default;
 };

@@ -1,13 +1,18 @@
 #include "sim/world.h"
 
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/random.h"
 
 namespace wheatstone {
 namespace {
+
+constexpr std::uint64_t kStageSeed = 0x7374616765ULL;  // apart from the camera's noise
+constexpr double kSettleSigmaMm = 0.005;
 
 double checked_scale(double scale) {
   if (scale > 0 && scale <= 1) return scale;
@@ -25,6 +30,23 @@ World::World(const std::string& name, double pixel_scale, std::uint64_t seed_)
       scene(name),
       camera_profile(true_camera_profile(pixel_scale)) {
   for (const DisplayId id : kDisplays) panel_models.push_back(true_panel_model(id, scale));
+}
+
+double World::move_carriage(double mm) {
+  const int side = (mm > commanded_mm_) - (mm < commanded_mm_);
+  if (side == 0) return encoder_mm_;
+  RandomStream random(seed ^ kStageSeed,
+                      stream_of({std::bit_cast<std::uint64_t>(mm), static_cast<std::uint64_t>(side),
+                                 visits_[{mm, side}]++}));
+  commanded_mm_ = mm;
+  encoder_mm_ = mm + kSettleSigmaMm * random.normal();
+  // The encoder sits on the motor and does not see the backlash.
+  carriage_mm = encoder_mm_ + (side < 0 ? backlash_mm : 0);
+  return encoder_mm_;
+}
+
+void World::home_carriage() {
+  commanded_mm_ = encoder_mm_ = carriage_mm = 0;
 }
 
 RigidTransform true_T_camera_rsb(double carriage_mm) {

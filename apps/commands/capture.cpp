@@ -131,7 +131,7 @@ void run_capture(const CaptureOptions& options) {
     plan.exposures_s = exposures_for(plan, dataset, rig);
   }
   Teller teller(options.as_json);
-  const std::vector<Shot> shots = shots_of(plan, rig.stage.travel());
+  const std::vector<Shot> shots = shots_of(plan, rig.stage->travel());
   teller.plan(plan, forecast(missing_shots(dataset, shots), plan, rig),
               static_cast<int>(shots.size()));
   if (options.dry_run) return;

@@ -17,9 +17,9 @@ void add_doctor(CLI::App& app) {
     fmt::print("OpenGL: {} on {}\n", context.version(), context.renderer());
     SimulatedRig twin({"card", 0.02, 1});
     const Rig rig = twin.rig();
-    const Length reached = rig.stage.home(rig.clock.in(60.0_s));
+    const Length reached = rig.stage->home(rig.clock.in(60.0_s));
     fmt::print("simulated rig: rail homed at {:.3f} mm, {} markers, camera {}\n", reached.value(),
-               rig.markers.count(), rig.camera_profile.serial);
+               rig.markers->count(), rig.camera_profile.serial);
   });
 }
 

@@ -131,12 +131,12 @@ TEST_F(BadInput, FewerThanFourMarkers) {
   const ExposureRecord frame{"raw/view_000_markers.png", 1 / 60.0};
   dataset.write_frames({{"view_000", 80, 80, {frame}, frame}});
 
-  rig.stage.home(rig.clock.in(60.0_s));
-  rig.stage.move_to(Length::of(80), rig.clock.in(60.0_s));
+  rig.stage->home(rig.clock.in(60.0_s));
+  rig.stage->move_to(Length::of(80), rig.clock.in(60.0_s));
   for (const int lit : {3, 0}) {
-    for (int i = 0; i < rig.markers.count(); ++i) rig.markers.set(i, i < lit);
+    rig.markers->set((1U << lit) - 1, rig.clock.in(60.0_s));
     write_mosaic_png(dataset.file(frame.file),
-                     rig.camera.expose(Duration::of(1 / 60.0), rig.clock.in(60.0_s)).mosaic);
+                     rig.camera->expose(Duration::of(1 / 60.0), rig.clock.in(60.0_s)).mosaic);
     expect_refused(run_program({"calibrate", "poses", path("d")}),
                    {path("d/raw/view_000_markers.png"), "found " + std::to_string(lit) + " of 4",
                     "switch all four LEDs on"});
@@ -185,7 +185,7 @@ TEST_F(BadInput, OutputThatCannotBeWritten) {
 
 TEST_F(BadInput, NoOpenGl) {
   write_small_light_field(root_ / "d");
-  const Surroundings without_driver{{"__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent"}, {}};
+  const Surroundings without_driver{{"__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent"}, {}, {}};
   expect_refused(run_program({"render", path("d")}, without_driver),
                  {"OpenGL", "libgl1-mesa-dri", "--cpu"});
   EXPECT_FALSE(fs::exists(path("d/targets.json")));

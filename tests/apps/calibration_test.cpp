@@ -166,17 +166,20 @@ void write_marker_capture(const Dataset& dataset, int dark_marker_in_view_1 = -1
   for (const char* folder : {"raw", "hdr"}) fs::create_directories(dataset.file(folder));
   dataset.write_camera(rig.camera_profile);
   dataset.write_landmarks({rig.marker_positions_rsb_mm, rig.near_cross_positions_rsb_mm});
-  rig.stage.home(rig.clock.in(60.0_s));
-  rig.leds.set_all(0);
+  rig.stage->home(rig.clock.in(60.0_s));
+  rig.leds->set_all(0, rig.clock.in(60.0_s));
   std::vector<CapturedView> views;
   for (int i = 0; i < 4; ++i) {
     const std::string name = "view_00" + std::to_string(i);
     const double at_mm = 50.0 + 20 * i;
-    const double reached_mm = rig.stage.move_to(Length::of(at_mm), rig.clock.in(60.0_s)).value();
-    for (int m = 0; m < 4; ++m) rig.markers.set(m, i != 1 || m != dark_marker_in_view_1);
+    const double reached_mm = rig.stage->move_to(Length::of(at_mm), rig.clock.in(60.0_s)).value();
+    const bool all_lit = i != 1 || dark_marker_in_view_1 < 0;
+    rig.markers->set(
+        all_lit ? rig.markers->all() : rig.markers->all() & ~(1U << dark_marker_in_view_1),
+        rig.clock.in(60.0_s));
     const ExposureRecord frame{"raw/" + name + "_markers.png", 1 / 60.0};
     write_mosaic_png(dataset.file(frame.file),
-                     rig.camera.expose(Duration::of(1 / 60.0), rig.clock.in(60.0_s)).mosaic);
+                     rig.camera->expose(Duration::of(1 / 60.0), rig.clock.in(60.0_s)).mosaic);
     write_exr(
         dataset.file("hdr/" + name + ".exr"),
         RgbImage(rig.camera_profile.intrinsics.width_px, rig.camera_profile.intrinsics.height_px));

@@ -15,7 +15,7 @@
 namespace wheatstone {
 namespace {
 
-constexpr Deadline kNever{Nanoseconds{std::int64_t{1} << 62}};
+const Deadline kNever{Nanoseconds{std::int64_t{1} << 62}};
 const std::vector<double> kExposures_s = {1 / 240.0, 1 / 60.0, 1 / 15.0};
 
 MergedMosaic capture(SimulatedCamera& camera, MergeOptions options) {

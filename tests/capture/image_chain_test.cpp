@@ -66,7 +66,7 @@ TEST(Rectify, EveryViewShowsTheRectangleWithItsOwnPose) {
   const CommonBox box;
   const std::vector<RigidTransform> poses = {pose_at(160.3), pose_at(185, 0.02), pose_at(207.9)};
   const cv::Size size = common_size(kCamera, poses, box);
-  for (const Distortion d : {Distortion{}, Distortion{-0.1, 0.05, 0.001, -0.001, 0}})
+  for (const Distortion& d : {Distortion{}, Distortion{-0.1, 0.05, 0.001, -0.001, 0}})
     for (const RigidTransform& T : poses) {
       const LightFieldView view = rectify_to_common_box("v", photo(d, T), kCamera, d, T, box, size);
       ASSERT_EQ(view.light_cd_m2.pixels.size(), size);

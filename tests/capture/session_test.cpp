@@ -102,9 +102,9 @@ TEST_F(SessionTest, TakesAsLongAsForeseen) {
   const Rig devices = rig.rig();
   CapturePlan plan = kPlan;
   plan.settle_s = 0.3;
-  const CaptureForecast seen = forecast(shots_of(plan, devices.stage.travel()), plan, devices);
+  const CaptureForecast seen = forecast(shots_of(plan, devices.stage->travel()), plan, devices);
   EXPECT_EQ(capture(rig, folder_.path, plan), "no error");
-  const double home_s = devices.stage.move_duration(Length::of(0)).value();
+  const double home_s = devices.stage->move_duration(Length::of(0)).value();
   EXPECT_NEAR(seen.duration_s + home_s, static_cast<double>(rig.world().clock.now_ns()) * 1e-9,
               0.01 * seen.duration_s);
   EXPECT_EQ(seen.frames, kFrames);

@@ -13,7 +13,7 @@ namespace wheatstone {
 class TroubledRig {
  public:
   explicit TroubledRig(const SimulatedRigOptions& options = {"card", 0.05, 7})
-      : twin_(options), stage_(*this, twin_.rig().stage), camera_(*this, twin_.rig().camera) {}
+      : twin_(options), stage_(*this, *twin_.rig().stage), camera_(*this, *twin_.rig().camera) {}
 
   /// Called with the number of the frame before it is taken; may throw.
   std::function<void(int)> before_frame;
@@ -29,18 +29,10 @@ class TroubledRig {
   std::vector<double> reached_mm;  // of every move
 
   Rig rig() {
-    const Rig r = twin_.rig();
-    return {r.clock,
-            stage_,
-            r.markers,
-            r.leds,
-            camera_,
-            r.observer,
-            r.panels,
-            r.camera_profile,
-            r.panel_models,
-            r.marker_positions_rsb_mm,
-            r.near_cross_positions_rsb_mm};
+    Rig r = twin_.rig();
+    r.stage = stage_;
+    r.camera = camera_;
+    return r;
   }
   World& world() { return twin_.world(); }
   bool dark() { return twin_.world().light == BoxLight{}; }
@@ -49,7 +41,13 @@ class TroubledRig {
   class Stage final : public LinearStage {
    public:
     Stage(TroubledRig& owner, LinearStage& stage) : owner_(owner), stage_(stage) {}
+    DeviceIdentity identity() const override { return stage_.identity(); }
     Length travel() const override { return stage_.travel(); }
+    Length resolution() const override { return stage_.resolution(); }
+    Duration home_duration() const override { return stage_.home_duration(); }
+    StageState state() const override { return stage_.state(); }
+    Length position(Deadline deadline) override { return stage_.position(deadline); }
+    bool position_is_measured() const override { return stage_.position_is_measured(); }
     Duration move_duration(Length d) const override { return stage_.move_duration(d); }
     Length home(Deadline deadline) override {
       owner_.watch_move();
@@ -73,7 +71,11 @@ class TroubledRig {
   class Camera final : public StillCamera {
    public:
     Camera(TroubledRig& owner, StillCamera& camera) : owner_(owner), camera_(camera) {}
-    const CameraProfile& profile() const override { return camera_.profile(); }
+    DeviceIdentity identity() const override { return camera_.identity(); }
+    Duration offered_exposure(Duration exposure) const override {
+      return camera_.offered_exposure(exposure);
+    }
+    void abort() noexcept override { camera_.abort(); }
     Duration frame_duration(Duration exposure) const override {
       return camera_.frame_duration(exposure);
     }

@@ -38,7 +38,7 @@ TEST(Geometry, UndistortInvertsDistort) {
 }
 
 TEST(Geometry, UndistortInvertsRationalAndFisheyeLenses) {
-  for (const Distortion d : {Distortion{0.3, 0.1, 1e-3, -1e-3, 0.02, 0.4, 0.2, 0.05},
+  for (const Distortion& d : {Distortion{0.3, 0.1, 1e-3, -1e-3, 0.02, 0.4, 0.2, 0.05},
                              Distortion{0.02, -0.01, 0, 0, 0.004, -0.001, 0, 0, true},
                              Distortion{0, 0, 0, 0, 0, 0, 0, 0, true}})
     for (double x = -2; x <= 2; x += 0.25)

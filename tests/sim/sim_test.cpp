@@ -22,10 +22,10 @@ Deadline soon(const Rig& rig) {
 RawFrame card_frame(std::uint64_t seed) {
   SimulatedRig twin({.scene = "card", .scale = kTestScale, .seed = seed});
   Rig rig = twin.rig();
-  rig.leds.set_all(1);
-  rig.stage.home(soon(rig));
-  rig.stage.move_to(50.0_mm, soon(rig));
-  return rig.camera.expose(Duration::of(1.0 / 60), soon(rig));
+  rig.leds->set_all(1, soon(rig));
+  rig.stage->home(soon(rig));
+  rig.stage->move_to(50.0_mm, soon(rig));
+  return rig.camera->expose(Duration::of(1.0 / 60), soon(rig));
 }
 
 bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
@@ -65,15 +65,15 @@ TEST(SimulatedStage, RefusesToLeaveItsTravelAndStands) {
   Rig rig = twin.rig();
   const auto kind_of = [&](Length target) {
     try {
-      rig.stage.move_to(target, soon(rig));
+      rig.stage->move_to(target, soon(rig));
     } catch (const DeviceError& e) {
       return e.kind();
     }
     return DeviceError::Kind::kFault;
   };
-  EXPECT_EQ(kind_of(10.0_mm), DeviceError::Kind::kNotHomed);
-  rig.stage.home(soon(rig));
-  const Length reached = rig.stage.move_to(100.0_mm, soon(rig));
+  EXPECT_EQ(kind_of(10.0_mm), DeviceError::Kind::kNotReady);
+  rig.stage->home(soon(rig));
+  const Length reached = rig.stage->move_to(100.0_mm, soon(rig));
   EXPECT_NEAR(reached.value(), 100, 0.025);
   EXPECT_NE(reached.value(), 100);
   EXPECT_EQ(kind_of(167.5_mm), DeviceError::Kind::kOutOfRange);
@@ -84,19 +84,19 @@ TEST(SimulatedStage, RefusesToLeaveItsTravelAndStands) {
 TEST(SimulatedStage, TimesOutWithoutMoving) {
   SimulatedRig twin({.scale = kTestScale});
   Rig rig = twin.rig();
-  rig.stage.home(soon(rig));
-  EXPECT_THROW(rig.stage.move_to(100.0_mm, rig.clock.in(1.0_s)), DeviceError);
+  rig.stage->home(soon(rig));
+  EXPECT_THROW(rig.stage->move_to(100.0_mm, rig.clock.in(1.0_s)), DeviceError);
   EXPECT_EQ(twin.world().carriage_mm, 0);
 }
 
 TEST(SimulatedCamera, MarkersLieWhereThePinholeSaysTheyDo) {
   SimulatedRig twin({.scene = "objects", .scale = 0.25});
   Rig rig = twin.rig();
-  rig.stage.home(soon(rig));
+  rig.stage->home(soon(rig));
   for (const double target : {0.0, 83.5, 167.0}) {
-    const Length at = rig.stage.move_to(Length::of(target), soon(rig));
-    for (int i = 0; i < rig.markers.count(); ++i) rig.markers.set(i, true);
-    const RawFrame frame = rig.camera.expose(Duration::of(1.0 / 60), soon(rig));
+    const Length at = rig.stage->move_to(Length::of(target), soon(rig));
+    rig.markers->set(rig.markers->all(), soon(rig));
+    const RawFrame frame = rig.camera->expose(Duration::of(1.0 / 60), soon(rig));
     double highest = 0;
     cv::minMaxLoc(frame.mosaic.dn, nullptr, &highest);
     EXPECT_LT(highest, rig.camera_profile.white_dn);
@@ -254,9 +254,9 @@ TEST(Observer, EveryMarkerAndCrossCanBeAlignedOnSomeDisplay) {
   Rig rig = twin.rig();
   for (const DisplayId id : kDisplays) {
     const auto& points = rig.marker_positions_rsb_mm;
-    for (const Eigen::Vector3d& p : points) EXPECT_NO_THROW(rig.observer.align(id, p, soon(rig)));
+    for (const Eigen::Vector3d& p : points) EXPECT_NO_THROW(rig.observer->align(id, p, soon(rig)));
     for (const Eigen::Vector3d& p : rig.near_cross_positions_rsb_mm) {
-      EXPECT_NO_THROW(rig.observer.align(id, p, soon(rig))) << to_string(id);
+      EXPECT_NO_THROW(rig.observer->align(id, p, soon(rig))) << to_string(id);
     }
   }
 }

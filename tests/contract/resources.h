@@ -1,0 +1,41 @@
+#pragma once
+// What a driver may not leave behind, and how much it may work while it waits.
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <filesystem>
+#include <iterator>
+
+namespace wheatstone {
+
+/// Expects that no handle and no thread is left when it goes, and that the process was not busy
+/// for more than `busy_s` and a quarter of the time that passed.
+class ResourceWatch {
+ public:
+  explicit ResourceWatch(double busy_s = 0.1) : busy_s_(busy_s) {}
+  ~ResourceWatch() {
+    EXPECT_EQ(count("/proc/self/fd"), handles_) << "a handle is left open";
+    EXPECT_EQ(count("/proc/self/task"), threads_) << "a thread is left running";
+    const double busy = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_s_;
+    EXPECT_LE(busy, busy_s_ + 0.25 * (seconds(CLOCK_MONOTONIC) - start_s_)) << "busy waiting";
+  }
+  ResourceWatch(const ResourceWatch&) = delete;
+  ResourceWatch& operator=(const ResourceWatch&) = delete;
+
+ private:
+  static std::ptrdiff_t count(const char* folder) {
+    return std::distance(std::filesystem::directory_iterator(folder), {});
+  }
+  static double seconds(clockid_t clock) {
+    timespec t{};
+    ::clock_gettime(clock, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  }
+
+  double busy_s_;
+  std::ptrdiff_t handles_ = count("/proc/self/fd"), threads_ = count("/proc/self/task");
+  double cpu_s_ = seconds(CLOCK_PROCESS_CPUTIME_ID), start_s_ = seconds(CLOCK_MONOTONIC);
+};
+
+}  // namespace wheatstone
