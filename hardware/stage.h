@@ -41,7 +41,8 @@ class Stage : public Device {
   virtual P move_to(P, Deadline) = 0;
   virtual P position(Deadline) = 0;
   virtual bool position_is_measured() const = 0;
-  /// Stands as soon as the device allows. A call that was under way ends with kRefused.
+  /// Stands as soon as the device allows. A move that was under way ends with kRefused. What cannot
+  /// be stopped ends its move first; a request to stop is then seen after it.
   virtual void stop() noexcept = 0;
 };
 

@@ -34,18 +34,19 @@ World::World(const std::string& name, double pixel_scale, std::uint64_t seed_)
 
 double World::move_carriage(double mm) {
   const int side = (mm > commanded_mm_) - (mm < commanded_mm_);
+  if (side == 0) return encoder_mm_;
   RandomStream random(seed ^ kStageSeed,
                       stream_of({std::bit_cast<std::uint64_t>(mm), static_cast<std::uint64_t>(side),
                                  visits_[{mm, side}]++}));
   commanded_mm_ = mm;
-  const double settled_mm = mm + kSettleSigmaMm * random.normal();
+  encoder_mm_ = mm + kSettleSigmaMm * random.normal();
   // The encoder sits on the motor and does not see the backlash.
-  carriage_mm = settled_mm + (side < 0 ? backlash_mm : 0);
-  return settled_mm;
+  carriage_mm = encoder_mm_ + (side < 0 ? backlash_mm : 0);
+  return encoder_mm_;
 }
 
 void World::home_carriage() {
-  commanded_mm_ = carriage_mm = 0;
+  commanded_mm_ = encoder_mm_ = carriage_mm = 0;
 }
 
 RigidTransform true_T_camera_rsb(double carriage_mm) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,9 +28,11 @@ struct PanelDrive {
   DriveImage lcd, projector;
 };
 
+/// Emulated devices act on it from threads of their own: they hold `mutex` while they do.
 struct World {
   World(const std::string& scene_name, double scale, std::uint64_t seed);
 
+  std::mutex mutex;
   std::uint64_t seed;
   std::string scene_name;
   double scale;
@@ -45,9 +48,10 @@ struct World {
   CameraProfile camera_profile;
 
   /// The motor turns to `mm` (a whole number of steps) and the carriage settles, a few micrometres
-  /// beside it; returns what an encoder on the motor reads then. Where it comes to rest depends on
-  /// the position, the side it comes from and how often it came from there; not on what else was
-  /// done, so that a session in two parts sees what one in a single part sees.
+  /// beside it; returns what an encoder on the motor reads then. Nothing moves if it stands there.
+  /// Where it comes to rest depends on the position, the side it comes from and how often it came
+  /// from there; not on what else was done, so that a session in two parts sees what one in a
+  /// single part sees.
   double move_carriage(double mm);
   /// At the home switch: position 0.
   void home_carriage();
@@ -62,7 +66,7 @@ struct World {
   }
 
  private:
-  double commanded_mm_ = 0;
+  double commanded_mm_ = 0, encoder_mm_ = 0;
   std::map<std::pair<double, int>, std::uint64_t> visits_;
 };
 

@@ -102,7 +102,7 @@ void SerialPort::require_connected() const {
                       "plug it in again, then run the command again");
 }
 
-void SerialPort::wait_for(short events, const Deadline& deadline) {
+bool SerialPort::wait_for(short events, const Deadline& deadline) {
   const SteadyClock clock;
   for (;;) {
     if (deadline.cancel.stop_requested()) throw Cancelled(what_ + ": stopped on request");
@@ -113,20 +113,23 @@ void SerialPort::wait_for(short events, const Deadline& deadline) {
     const int ready = ::ppoll(&line, 1, &wait, nullptr);
     if (ready < 0 && errno != EINTR) lost(std::strerror(errno));
     if (ready > 0) {
-      if (line.revents & events) return;  // what came before a hang-up is read first
+      if (line.revents & events) return true;  // what came before a hang-up is read first
       lost("hung up");
     }
-    if (left <= 0)
-      throw DeviceError(Kind::kTimeout, what_ + " did not answer in time",
-                        "check cable and power, then run the command again");
+    if (left <= 0) return false;
   }
+}
+
+void SerialPort::time_out() const {
+  throw DeviceError(Kind::kTimeout, what_ + " did not answer in time",
+                    "check cable and power, then run the command again");
 }
 
 void SerialPort::write(std::string_view bytes, const Deadline& deadline) {
   require_connected();
   transcript_->to_device(bytes);
   while (!bytes.empty()) {
-    wait_for(POLLOUT, deadline);
+    if (!wait_for(POLLOUT, deadline)) time_out();
     const ssize_t n = ::write(handle_, bytes.data(), bytes.size());
     if (n < 0 && errno != EAGAIN && errno != EINTR) lost(std::strerror(errno));
     if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
@@ -137,9 +140,9 @@ void SerialPort::write_now(std::string_view bytes) noexcept {
   [[maybe_unused]] const ssize_t n = ::write(handle_, bytes.data(), bytes.size());
 }
 
-void SerialPort::fill(const Deadline& deadline) {
+bool SerialPort::fill(const Deadline& deadline) {
   require_connected();
-  wait_for(POLLIN, deadline);
+  if (!wait_for(POLLIN, deadline)) return false;
   char buffer[4096];
   const ssize_t n = ::read(handle_, buffer, sizeof buffer);
   if (n == 0) lost("end of file");
@@ -148,14 +151,23 @@ void SerialPort::fill(const Deadline& deadline) {
     transcript_->to_host({buffer, static_cast<std::size_t>(n)});
     input_.append(buffer, static_cast<std::size_t>(n));
   }
+  return true;
 }
 
 std::string SerialPort::read(const Deadline& deadline) {
-  while (input_.empty()) fill(deadline);
+  while (input_.empty())
+    if (!fill(deadline)) time_out();
   return std::exchange(input_, {});
 }
 
 std::string SerialPort::read_line(char end, std::size_t longest, const Deadline& deadline) {
+  std::optional<std::string> line = try_read_line(end, longest, deadline);
+  if (!line) time_out();
+  return *std::move(line);
+}
+
+std::optional<std::string> SerialPort::try_read_line(char end, std::size_t longest,
+                                                     const Deadline& deadline) {
   for (;;) {
     const std::size_t at = input_.find(end);
     if (at != std::string::npos && at <= longest) {
@@ -169,18 +181,13 @@ std::string SerialPort::read_line(char end, std::size_t longest, const Deadline&
                         fmt::format("{} sends lines without end ({})", what_, hex_of(start)),
                         "check that this is the right device and its speed");
     }
-    fill(deadline);
+    if (!fill(deadline)) return std::nullopt;
   }
 }
 
 void SerialPort::discard_input() {
-  input_.clear();
   const SteadyClock clock;
-  try {
-    for (;;) fill({clock.now_ns()});
-  } catch (const DeviceError& e) {
-    if (e.kind() != Kind::kTimeout) throw;
-  }
+  while (fill({clock.now_ns()})) input_.clear();
   input_.clear();
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -38,14 +39,17 @@ class SerialPort {
   /// Up to the next `end`, which is not part of the result. Throws kProtocol when `longest` bytes
   /// come without one; they are dropped.
   std::string read_line(char end, std::size_t longest, const Deadline&);
+  /// The same, but nothing instead of kTimeout.
+  std::optional<std::string> try_read_line(char end, std::size_t longest, const Deadline&);
   /// What has come so far and was not read.
   void discard_input();
 
  private:
   [[noreturn]] void lost(const std::string& how);
   void require_connected() const;
-  void fill(const Deadline&);
-  void wait_for(short events, const Deadline&);
+  bool fill(const Deadline&);  // false: nothing came in time
+  bool wait_for(short events, const Deadline&);
+  [[noreturn]] void time_out() const;
 
   std::string what_;
   std::filesystem::path path_;
