@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "hardware/transport/transcript.h"
 #include "hardware/video/v4l2_controls.h"
 #include "hardware/video/v4l2_list.h"
 #include "hardware/video/v4l2_modes.h"
@@ -73,7 +74,8 @@ void V4l2Camera::identify() {
     throw DeviceError(Kind::kRefused, node_.what() + " does not transfer pictures in this way",
                       "choose another transfer in the rig file");
   const auto text = [](const auto& field) {
-    return printable(reinterpret_cast<const char*>(field), sizeof field);
+    const auto* begin = reinterpret_cast<const char*>(field);
+    return printable({begin, ::strnlen(begin, sizeof field)});
   };
   identity_ = {"v4l2", text(about.card), usb_serial_of(settings_.node),
                fmt::format("{} {}.{}.{}", text(about.driver), about.version >> 16,
@@ -95,11 +97,11 @@ VideoSettings V4l2Camera::configure(const VideoMode& mode, Duration exposure, do
                m.height_px == mode.height_px &&
                std::abs(m.frames_per_s - mode.frames_per_s) <= 1e-3 * m.frames_per_s;
       }))
-    throw DeviceError(Kind::kOutOfRange,
-                      fmt::format("{} has no mode '{}' {}x{} at {:g}/s", node_.what(),
-                                  printable(mode.format.c_str(), mode.format.size()), mode.width_px,
-                                  mode.height_px, mode.frames_per_s),
-                      "use one of its modes");
+    throw DeviceError(
+        Kind::kOutOfRange,
+        fmt::format("{} has no mode '{}' {}x{} at {:g}/s", node_.what(), printable(mode.format),
+                    mode.width_px, mode.height_px, mode.frames_per_s),
+        "use one of its modes");
   require_within_limits(node_, exposure, gain, deadline);
 
   configured_ = false;
@@ -128,7 +130,7 @@ VideoMode V4l2Camera::set_format(const VideoMode& mode, const Deadline& deadline
   if (!is_known_format(granted))
     throw DeviceError(Kind::kFault,
                       fmt::format("{} was asked for '{}' and gives '{}'", node_.what(), mode.format,
-                                  printable(granted.c_str(), 4)),
+                                  printable(granted)),
                       "choose another mode");
   const bool sane = f.width > 0 && f.width <= kMostPixels && f.height > 0 &&
                     f.height <= kMostPixels && f.sizeimage > 0 && f.sizeimage <= kMostImageBytes;

@@ -13,6 +13,7 @@
 #include <fstream>
 
 #include "hardware/device_error.h"
+#include "hardware/transport/transcript.h"
 #include "hardware/video/v4l2_camera.h"
 
 namespace wheatstone {
@@ -26,7 +27,7 @@ std::string first_line(const fs::path& file) {
   std::ifstream in(file);
   std::string line;
   std::getline(in, line);
-  return printable(line.c_str(), line.size());
+  return printable(line);
 }
 
 bool captures(const v4l2_capability& about) {
@@ -55,13 +56,6 @@ bool look_at(VideoCameraFound& camera) {
 }
 
 }  // namespace
-
-std::string printable(const char* text, std::size_t longest) {
-  std::string out(text, ::strnlen(text, longest));
-  std::replace_if(
-      out.begin(), out.end(), [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return out;
-}
 
 std::uint32_t fourcc(const std::string& name) {
   return v4l2_fourcc(static_cast<unsigned char>(name[0]), static_cast<unsigned char>(name[1]),

@@ -15,7 +15,5 @@ std::string usb_serial_of(const std::filesystem::path& node);
 /// "GREY" and back. Pre: four characters.
 std::uint32_t fourcc(const std::string&);
 std::string fourcc_name(std::uint32_t);
-/// What devices call themselves, fit for a terminal: other than printable ASCII becomes '?'.
-std::string printable(const char* text, std::size_t longest);
 
 }  // namespace wheatstone
