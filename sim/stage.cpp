@@ -75,7 +75,12 @@ Length SimulatedStage::move_to(Length target, Deadline deadline) {
 
 Length SimulatedStage::position(Deadline deadline) {
   require_homed();
-  world_.faults.meet("stage", deadline);
+  try {
+    world_.faults.meet("stage", deadline);
+  } catch (const DeviceError& e) {
+    if (e.kind() == DeviceError::Kind::kDisconnected) state_ = StageState::kUnknown;
+    throw;
+  }
   return Length::of(encoder_mm_);
 }
 

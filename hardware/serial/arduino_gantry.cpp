@@ -62,29 +62,19 @@ Duration ArduinoGantry::home_duration() const {
 }
 
 std::string ArduinoGantry::line(const Deadline& deadline) {
-  try {
-    std::string text = port_.read_line('\n', kLongestReply, deadline);
-    if (!text.empty() && text.back() == '\r') text.pop_back();
-    return text;
-  } catch (const DeviceError&) {
-    state_ = StageState::kUnknown;
-    throw;
-  } catch (const Cancelled&) {
-    state_ = StageState::kUnknown;  // its answer may still come
-    throw;
-  }
+  std::string text = port_.read_line('\n', kLongestReply, deadline);
+  if (!text.empty() && text.back() == '\r') text.pop_back();
+  return text;
 }
 
 int ArduinoGantry::ask_position(const Deadline& deadline) {
   port_.write("0", deadline);
   const std::string answer = line(deadline);
   const auto number = number_of(answer);
-  if (!number) {
-    state_ = StageState::kUnknown;
+  if (!number)
     throw DeviceError(Kind::kProtocol,
                       fmt::format("{} answers with nonsense ({})", port_.what(), hex_of(answer)),
                       "check cable and speed, then home it again");
-  }
   return *number;
 }
 
@@ -93,20 +83,26 @@ Length ArduinoGantry::home(Deadline deadline) {
   state_ = StageState::kUnknown;
   port_.discard_input();
   port_.write("r", deadline);
-  // In silence, and deaf. The only way to learn that it is over is to ask until it answers.
+  // In silence, and deaf. The only way to learn that it is over is to ask until it answers. One
+  // answer may be a late one to an earlier question; after two in a row it listens.
   const SteadyClock clock;
-  for (;;) {
+  for (int in_a_row = 0; in_a_row < 2;) {
     port_.write("0", deadline);
     const auto answer = port_.try_read_line(
         '\n', kLongestReply,
         {std::min(deadline.at_ns, clock.now_ns() + kAskEveryNs), deadline.cancel});
-    if (answer && (*answer == "0\r" || *answer == "0")) break;
-    if (answer) {
+    if (answer && (*answer == "0\r" || *answer == "0")) {
+      ++in_a_row;
+      continue;
+    }
+    in_a_row = 0;
+    // A late answer to an earlier order: that one may have swallowed the order to home.
+    if (answer) port_.write("r", deadline);
+    if (answer && *answer != "End\r" && !number_of(answer->substr(0, answer->find('\r'))))
       throw DeviceError(
           Kind::kProtocol,
           fmt::format("{} answers with nonsense after homing ({})", port_.what(), hex_of(*answer)),
           "check that the sketch of the reference rig runs on it");
-    }
     if (clock.now_ns() >= deadline.at_ns)
       throw DeviceError(Kind::kTimeout,
                         port_.what() + " did not find home in time and may still be running",
@@ -147,10 +143,16 @@ Length ArduinoGantry::move_to(Length target, Deadline deadline) {
       std::abs(place - place_) * static_cast<double>(kPulses) / settings_.full_scale;
   stop_ = false;
   state_ = StageState::kMoving;
-  port_.write(fmt::format("m{}", place), deadline);  // in one piece: a pause would end the number
-  // Not even a request to stop may send it anything now.
-  const std::string answer =
-      line(sooner({deadline.at_ns}, kNumberQuietS + pulses * pulse_s() + kMarginS));
+  const std::string answer = [&] {
+    try {
+      // In one piece: a pause would end the number. Then not even a request to stop may send more.
+      port_.write(fmt::format("m{}", place), deadline);
+      return line(sooner({deadline.at_ns}, kNumberQuietS + pulses * pulse_s() + kMarginS));
+    } catch (const Error&) {
+      state_ = StageState::kUnknown;
+      throw;
+    }
+  }();
   if (answer != "End") {
     state_ = StageState::kUnknown;
     throw DeviceError(Kind::kProtocol,
@@ -173,7 +175,13 @@ Length ArduinoGantry::move_to(Length target, Deadline deadline) {
 
 Length ArduinoGantry::position(Deadline deadline) {
   require_homed();
-  const int place = ask_position(deadline);
+  int place = 0;
+  try {
+    place = ask_position(deadline);
+  } catch (const Error&) {
+    state_ = StageState::kUnknown;  // its answer may still come and be taken for another
+    throw;
+  }
   // The sketch truncates towards zero; a percent may be missing where it does not divide evenly.
   if (std::abs(place - place_ * 100.0 / settings_.full_scale) > 1.001) {
     state_ = StageState::kUnknown;

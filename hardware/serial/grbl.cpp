@@ -48,26 +48,25 @@ StageState GrblController::state(int) const {
 /// and their boot loader swallows what comes in its two seconds.
 void GrblController::reset(const Deadline& deadline) {
   lose_position();
+  version_.clear();
+  port_.discard_input();
   for (;;) {
-    port_.discard_input();
-    port_.write("\x18", deadline);
-    const Deadline banner = sooner(deadline, kBannerNs);
+    // The answer to the second order ends what came before it: older answers, further banners.
+    port_.write("\x18$I\n", deadline);
+    const Deadline patience = sooner(deadline, kBannerNs);
     try {
-      while (const auto line = port_.try_read_line('\n', kLongestReply, banner)) {
+      while (const auto line = port_.try_read_line('\n', kLongestReply, patience)) {
         const GrblMessage message = parse_grbl(*line);
-        if (message.type != Type::kBanner) continue;
-        if (!message.text.starts_with("1.1"))
-          throw DeviceError(Kind::kProtocol,
-                            fmt::format("{} runs Grbl {}", port_.what(), message.text),
-                            "install GRBL 1.1");
-        version_ = message.text;
-        return;
+        if (message.type == Type::kBanner) version_ = message.text;
+        if (message.type == Type::kOk && !version_.empty()) break;
       }
-    } catch (const DeviceError& e) {  // noise of another speed, until the deadline
-      if (e.kind() != Kind::kProtocol || !version_.empty() ||
-          std::string(e.what()).find("runs Grbl") != std::string::npos)
-        throw;
+    } catch (const DeviceError& e) {
+      if (e.kind() != Kind::kProtocol) throw;  // noise of a board that is booting
     }
+    if (version_.starts_with("1.1")) return;
+    if (!version_.empty())
+      throw DeviceError(Kind::kProtocol, fmt::format("{} runs Grbl {}", port_.what(), version_),
+                        "install GRBL 1.1");
     if (SteadyClock().now_ns() >= deadline.at_ns)
       throw DeviceError(Kind::kTimeout, port_.what() + " does not answer with its name",
                         "check that it is a GRBL controller, its power and its speed");
@@ -245,13 +244,11 @@ double GrblController::move(int axis, double target, const Deadline& deadline) {
     come_to_a_stand();
     throw;
   } catch (const DeviceError& e) {
-    if (e.kind() == Kind::kTimeout || e.kind() == Kind::kProtocol) {
-      port_.write_now("!\x18");
+    if (e.kind() == Kind::kRefused) {
+      if (state_ == StageState::kMoving) state_ = StageState::kIdle;  // it did not take the order
+    } else {
+      port_.write_now("!\x18");  // whatever it is doing
       lose_position();
-    } else if (e.kind() == Kind::kDisconnected) {
-      lose_position();
-    } else if (state_ == StageState::kMoving) {
-      state_ = e.kind() == Kind::kRefused ? StageState::kIdle : StageState::kUnknown;
     }
     throw;
   }

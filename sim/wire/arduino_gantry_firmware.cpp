@@ -120,6 +120,7 @@ void ArduinoGantryFirmware::settle(std::int32_t pulses) {
 }
 
 std::string ArduinoGantryFirmware::run(Nanoseconds now) {
+  now_ = now;
   while (until_ <= now) {
     const Nanoseconds at = until_;
     switch (state_) {
@@ -141,10 +142,8 @@ std::string ArduinoGantryFirmware::run(Nanoseconds now) {
         out_ += "End\r\n";
         const std::string waited = std::exchange(waiting_, {});
         for (std::size_t i = 0; i < waited.size(); ++i) {
-          if (state_ == State::kMoving) {
-            waiting_ = waited.substr(i);
-            break;
-          }
+          if (state_ == State::kMoving) waiting_ = waited.substr(i);
+          if (state_ == State::kMoving || state_ == State::kHoming) break;
           take(waited[i], at);
         }
         break;

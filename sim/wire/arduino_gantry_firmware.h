@@ -37,7 +37,7 @@ class ArduinoGantryFirmware final : public SerialFirmware {
   int count() const { return count_; }  // what the sketch believes
   /// Pulses that move nothing, as when the motor stalls.
   void lose_steps(std::int32_t pulses) { lost_ += pulses; }
-  void press_reset(Nanoseconds now) { start_homing(now); }
+  void restart() { start_homing(now_); }
 
  private:
   enum class State { kHoming, kReady, kNumber, kMoving, kRunning };
@@ -53,7 +53,7 @@ class ArduinoGantryFirmware final : public SerialFirmware {
   Options options_;
   Machine machine_;
   State state_ = State::kHoming;
-  Nanoseconds since_ = 0, until_ = kNever;
+  Nanoseconds now_ = 0, since_ = 0, until_ = kNever;
   std::int16_t count_ = 0, target_ = 0;
   std::int32_t carriage_ = 0, lost_ = 0;
   std::uint16_t half_period_us_ = 600;

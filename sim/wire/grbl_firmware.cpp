@@ -38,10 +38,15 @@ GrblFirmware::GrblFirmware(Options options, Machine machine)
   reset(0, true);
 }
 
-void GrblFirmware::power_cycle(Nanoseconds now) {
+double GrblFirmware::place(int axis) const {
+  return -settings_.at(27) -
+         static_cast<double>(steps_at(now_)[static_cast<std::size_t>(axis)]) / steps_per_mm(axis);
+}
+
+void GrblFirmware::restart() {
   homed_ = false;
-  if (in_move_) halt(now);
-  reset(now, true);
+  if (in_move_) halt(now_);
+  reset(now_, true);
 }
 
 void GrblFirmware::reset(Nanoseconds now, bool power_up) {

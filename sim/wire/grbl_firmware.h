@@ -40,11 +40,14 @@ class GrblFirmware final : public SerialFirmware {
   // What a test may look at and do.
   bool moving() const { return state_ == State::kRun || state_ == State::kHoming; }
   bool homed() const { return homed_; }
+  /// Away from where homing ends, in the axis's unit; unlike the controller, this is always true.
+  double place(int axis) const;
   double setting(int number) const { return settings_.at(number); }
   void set(int number, double value) { settings_[number] = value; }
   /// Hits a limit switch: alarm 1.
   void hit_limit() { hit_limit_ = true; }
-  void power_cycle(Nanoseconds now);
+  /// Loses its power for a moment.
+  void restart();
 
  private:
   enum class State { kIdle, kRun, kHold, kAlarm, kHoming };
