@@ -1,4 +1,4 @@
-#include "sim/wire/mock/video_firmware.h"
+#include "sim/wire/video/video_firmware.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "sim/wire/mock/pixel_encoder.h"
+#include "sim/wire/video/pixel_encoder.h"
 
 namespace wheatstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/wire/mock/pixel_encoder.h"
+#include "sim/wire/video/pixel_encoder.h"
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
