@@ -62,13 +62,15 @@ struct VideoBed::Impl {
 };
 
 VideoBed::VideoBed() : impl_(std::make_unique<Impl>()) {
-  if (!umockdev_in_mock_environment())
-    throw DeviceError(Kind::kNotReady, "devices cannot be emulated here",
-                      "start the program by umockdev-wrapper");
   impl_->bed.reset(umockdev_testbed_new());
   gchar* root = umockdev_testbed_get_root_dir(impl_->bed.get());
   impl_->root = root;
   g_free(root);
+  // umockdev 0.17 does not tell whether its library is preloaded: look whether it redirects.
+  fs::create_directories(impl_->root / "dev/v4l/by-id");
+  if (!fs::exists("/dev/v4l/by-id"))
+    throw DeviceError(Kind::kNotReady, "devices cannot be emulated here",
+                      "start the program by umockdev-wrapper");
 }
 
 VideoBed::~VideoBed() = default;
@@ -222,7 +224,6 @@ V4l2Peer::V4l2Peer(VideoBed& bed, VideoFirmware& firmware, V4l2PeerOptions optio
       umockdev_testbed_attach_ioctl(testbed, node().c_str(), impl_->handler.get(), &error);
   require(attached, error, "the emulated camera cannot answer");
   const fs::path links = impl_->bed.root / "dev/v4l/by-id";
-  fs::create_directories(links);
   fs::remove(links / by_id().filename());
   fs::create_symlink("../../" + impl_->options.node, links / by_id().filename());
   impl_->waiter = std::jthread([this](const std::stop_token& s) { impl_->answer_waiting(s); });
@@ -258,9 +259,11 @@ void V4l2Peer::unplug() {
   const std::string port = "1-" + std::to_string(3 + impl_->options.node.back() - '0');
   const std::string device = "/sys/devices/pci0000:00/0000:00:14.0/usb1/" + port;
   UMockdevTestbed* testbed = impl_->bed.bed.get();
-  const std::string video = device + "/" + port + ":1.0/video4linux/" + impl_->options.node;
+  const std::string interface = device + "/" + port + ":1.0";
+  const std::string video = interface + "/video4linux/" + impl_->options.node;
   umockdev_testbed_uevent(testbed, video.c_str(), "remove");
-  umockdev_testbed_remove_device(testbed, device.c_str());
+  for (const std::string& gone : {video, interface, device})
+    umockdev_testbed_remove_device(testbed, gone.c_str());
 }
 
 }  // namespace wheatstone
