@@ -53,13 +53,13 @@ V4l2Buffers::V4l2Buffers(V4l2Node& node, V4l2Transfer transfer, std::size_t byte
     memory_.push_back({pages(bytes), bytes});
     return;
   }
-  v4l2_requestbuffers request = request_for(transfer_, static_cast<std::uint32_t>(count));
-  node_.call(VIDIOC_REQBUFS, &request, "lend buffers", deadline);
-  if (request.count == 0 || request.count > kMostBuffers)
-    throw DeviceError(Kind::kRefused,
-                      fmt::format("{} lends {} buffers", node_.what(), request.count),
-                      "choose a smaller mode");
   try {
+    v4l2_requestbuffers request = request_for(transfer_, static_cast<std::uint32_t>(count));
+    node_.call(VIDIOC_REQBUFS, &request, "lend buffers", deadline);
+    if (request.count == 0 || request.count > kMostBuffers)
+      throw DeviceError(Kind::kRefused,
+                        fmt::format("{} lends {} buffers", node_.what(), request.count),
+                        "choose a smaller mode");
     for (std::uint32_t i = 0; i < request.count; ++i) {
       if (transfer_ == V4l2Transfer::kMmap)
         map(i, deadline);

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 namespace wheatstone {
 namespace {
@@ -29,8 +30,10 @@ bool means_gone(int error) {
 
 }  // namespace
 
-V4l2Node::V4l2Node(const std::string& what, const std::filesystem::path& path)
-    : what_(what), handle_(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)) {
+V4l2Node::V4l2Node(const std::string& what, const std::filesystem::path& path) : what_(what) {
+  std::error_code none;
+  const std::filesystem::path real = std::filesystem::canonical(path, none);
+  handle_ = ::open((none ? path : real).c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (handle_ < 0) {
     const int error = errno;
     if (error == ENOENT || error == ENOTDIR || means_gone(error))

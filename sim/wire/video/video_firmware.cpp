@@ -16,7 +16,7 @@ constexpr std::array kFormats = {"Y16 ", "GREY", "Y12 ", "Y10 ", "Y10P",
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kSizes = {{{320, 240}, {640, 480}}};
 constexpr std::array<std::uint32_t, 3> kRates = {100, 60, 30};
 constexpr std::uint32_t kPage = 4096;
-constexpr std::uint32_t kMostBuffers = 8;
+constexpr std::uint32_t kMostBuffers = 32;
 
 std::uint32_t code_of(const std::string& f) {
   return v4l2_fourcc(static_cast<unsigned char>(f[0]), static_cast<unsigned char>(f[1]),
@@ -42,7 +42,8 @@ bool is_size(std::uint32_t width, std::uint32_t height) {
 }  // namespace
 
 VideoFirmware::VideoFirmware(World& world, const VideoFirmwareOptions& options)
-    : options_(options),
+    : world_(world),
+      options_(options),
       sensor_(world, options.noise),
       controls_({{V4L2_CID_EXPOSURE_AUTO, {"Auto Exposure", 0, 3, V4L2_EXPOSURE_APERTURE_PRIORITY}},
                  {V4L2_CID_EXPOSURE_AUTO_PRIORITY, {"Exposure, Dynamic Framerate", 0, 1, 1}},
@@ -258,6 +259,7 @@ int VideoFirmware::dequeue(v4l2_buffer& b, Nanoseconds now) {
 void VideoFirmware::stream(bool on, Nanoseconds now) {
   if (on == streaming_) return;
   streaming_ = on;
+  still_.clear();
   start_ns_ = now;
   frame_ = 0;
   if (on) return;
@@ -298,10 +300,13 @@ int VideoFirmware::read(std::span<std::uint8_t> out, Nanoseconds now) {
 }
 
 std::vector<std::uint8_t> VideoFirmware::picture(std::uint32_t frame) {
-  const cv::Size size(static_cast<int>(format_.width), static_cast<int>(format_.height));
-  std::vector<std::uint8_t> bytes =
-      encode_pixels(sensor_.codes(size, exposure(), control(V4L2_CID_GAIN), frame),
-                    name_of(format_.pixelformat), format_.bytesperline);
+  if (options_.noise || still_.empty() || !(still_light_ == world_.light)) {
+    const cv::Size size(static_cast<int>(format_.width), static_cast<int>(format_.height));
+    still_ = encode_pixels(sensor_.codes(size, exposure(), control(V4L2_CID_GAIN), frame),
+                           name_of(format_.pixelformat), format_.bytesperline);
+    still_light_ = world_.light;
+  }
+  std::vector<std::uint8_t> bytes = still_;
   if (spoil_picture) spoil_picture(bytes);
   return bytes;
 }

@@ -90,6 +90,7 @@ class VideoFirmware {
   Nanoseconds period_ns() const;
   Duration exposure() const;
 
+  World& world_;
   VideoFirmwareOptions options_;
   VideoSensor sensor_;
   v4l2_pix_format format_{};
@@ -101,6 +102,9 @@ class VideoFirmware {
   bool streaming_ = false;
   Nanoseconds start_ns_ = 0;
   std::int64_t frame_ = 0;
+  // Without noise all pictures under the same light and settings are equal: the last one is kept.
+  std::vector<std::uint8_t> still_;
+  BoxLight still_light_;
 };
 
 }  // namespace wheatstone
