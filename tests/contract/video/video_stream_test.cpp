@@ -39,9 +39,9 @@ TEST(V4l2Stream, HundredFramesPerSecondArriveAndLeaveTheMachineIdle) {
   const auto soon = [&] { return clock.in(Duration::of(5)); };
   camera.configure({"Y16 ", 640, 480, 100}, Duration::of(0.004), 1, soon());
   camera.start(soon());
-  camera.next(soon());  // the first picture takes the emulation some time
-  camera.stop();
-  camera.start(soon());
+  // The emulation takes longer than its buffers last to make its first pictures.
+  for (int i = 0; i < 100; ++i) camera.next(soon());
+  const std::uint64_t dropped_before = camera.dropped();
 
   constexpr int kFrames = 1000;
   const double cpu = cpu_s(CLOCK_THREAD_CPUTIME_ID), all = cpu_s(CLOCK_PROCESS_CPUTIME_ID);
@@ -51,9 +51,9 @@ TEST(V4l2Stream, HundredFramesPerSecondArriveAndLeaveTheMachineIdle) {
   const double share = (cpu_s(CLOCK_THREAD_CPUTIME_ID) - cpu) / took_s;
   std::cout << fmt::format(
       "{} frames in {:.2f} s, {} dropped; {:.1f} % of a core, {:.1f} % with the emulated camera\n",
-      kFrames, took_s, camera.dropped(), 100 * share,
+      kFrames, took_s, camera.dropped() - dropped_before, 100 * share,
       100 * (cpu_s(CLOCK_PROCESS_CPUTIME_ID) - all) / took_s);
-  EXPECT_EQ(camera.dropped(), 0U);
+  EXPECT_EQ(camera.dropped(), dropped_before);
   EXPECT_NEAR(took_s, 10, 0.5);
   EXPECT_LE(share, 0.10);
 }
