@@ -142,6 +142,10 @@ void StreamedHeadTracker::take(const HeadSample& s, Nanoseconds read_ns) {
 
 EyeCentres StreamedHeadTracker::next(Deadline deadline) {
   for (;;) {
+    if (deadline.cancel.stop_requested()) throw Cancelled(what_ + ": stopped on request");
+    if (SteadyClock().now_ns() >= deadline.at_ns)
+      throw DeviceError(Kind::kTimeout, what_ + " sends nothing new",
+                        "check that it sees the observer and runs");
     std::optional<DeviceError> bad;
     const std::vector<std::string> received = lines(deadline);
     const Nanoseconds now = SteadyClock().now_ns();
@@ -154,9 +158,6 @@ EyeCentres StreamedHeadTracker::next(Deadline deadline) {
     }
     if (newest_) return *std::exchange(newest_, {});
     if (bad) throw *bad;
-    if (now >= deadline.at_ns)
-      throw DeviceError(Kind::kTimeout, what_ + " sends nothing new",
-                        "check that it sees the observer and runs");
   }
 }
 

@@ -27,6 +27,7 @@ class SerialHeadTracker final : public StreamedHeadTracker {
 
  private:
   std::vector<std::string> lines(const Deadline&) override;
+  void fill(const Deadline&);
 
   SerialPort port_;
   bool in_step_ = false;
