@@ -79,7 +79,10 @@ void Dataset::write_manifest(const DatasetManifest& m) const {
 }
 
 CameraProfile Dataset::read_camera() const {
-  const path f = file("camera.json");
+  return read_camera_profile(file("camera.json"));
+}
+
+CameraProfile read_camera_profile(const path& f) {
   const json j = read_json(f, "wheatstone-camera/1");
   CameraProfile c;
   c.serial = json_get<std::string>(j, "serial", f);
@@ -172,7 +175,10 @@ void Dataset::write_landmarks(const Landmarks& l) const {
 }
 
 std::vector<PanelModel> Dataset::read_displays() const {
-  const path f = file("displays.json");
+  return read_panel_models(file("displays.json"));
+}
+
+std::vector<PanelModel> read_panel_models(const path& f) {
   const json j = read_json(f, "wheatstone-displays/1");
   std::vector<PanelModel> panels;
   for (const json& p : array_of(j, "displays", 4, f)) {

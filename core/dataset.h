@@ -34,6 +34,10 @@ struct CapturedView {
   ExposureRecord marker_frame;
 };
 
+/// camera.json and displays.json (in the order of kDisplays), wherever they stand.
+CameraProfile read_camera_profile(const std::filesystem::path&);
+std::vector<PanelModel> read_panel_models(const std::filesystem::path&);
+
 /// A dataset folder by its root path; knows names, holds no data.
 class Dataset {
  public:

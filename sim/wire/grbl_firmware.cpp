@@ -88,7 +88,9 @@ void GrblFirmware::finish_line(Nanoseconds now) {
       line += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     if (c == ')') comment = false;
   }
-  lines_.push_back(std::move(line));
+  std::size_t waiting = 0;
+  for (const std::string& l : lines_) waiting += l.size() + 1;
+  if (waiting <= kReceiveBuffer) lines_.push_back(std::move(line));  // beyond, it is lost
   advance(now);
 }
 

@@ -20,9 +20,9 @@ struct Outcome {
 };
 
 struct Surroundings {
-  std::vector<std::string> environment;      // "NAME=value"
-  std::optional<rlim_t> largest_file_bytes;  // writes beyond it fail as on a full disk
-  std::function<bool()> kill_when;           // asked until it says true; then kill -9
+  std::vector<std::string> environment;           // "NAME=value"
+  std::optional<rlim_t> largest_file_bytes = {};  // writes beyond it fail as on a full disk
+  std::function<bool()> kill_when = {};           // asked until it says true; then kill -9
 };
 
 /// Turns this process, a child of the test, into the program.
