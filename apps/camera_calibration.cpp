@@ -121,10 +121,51 @@ double largest(const ScalarImage& map) {
   return top;
 }
 
+bool on_one_line(const BoardView& view, const Board& board) {
+  const std::vector<Eigen::Vector3d> points = seen_corners_mm(view, board);
+  const Eigen::Vector3d first = points[1] - points[0];
+  return std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3d& p) {
+    return std::abs(first.cross(p - points[0]).z()) < 1e-6 * board.square_mm * board.square_mm;
+  });
+}
+
+/// The board in one picture; nothing when too little of it is seen.
+std::optional<BoardView> view_of(const cv::Mat1b& grey, const fs::path& folder,
+                                 const fs::path& file, const Board& board,
+                                 const std::optional<CharucoMarkers>& markers) {
+  if (!markers) {
+    auto corners = find_board(grey, board);
+    if (!corners) return std::nullopt;
+    return BoardView{file.string(), std::move(*corners)};
+  }
+  CharucoSighting seen;
+  try {
+    seen = find_charuco(grey, board, *markers);
+  } catch (const ArgumentError& e) {
+    throw FileError(folder / file, e.what(), "");
+  }
+  BoardView view{file.string(), std::move(seen.corners_px), std::move(seen.corner_ids)};
+  if (view.corners_px.size() < kMinCorners || on_one_line(view, board)) return std::nullopt;
+  return view;
+}
+
+[[noreturn]] void throw_no_charuco(const fs::path& folder, const std::vector<fs::path>& files,
+                                   const CharucoMarkers& markers) {
+  const std::string seen = dictionary_in(read_grey_picture(folder / files[0]));
+  throw FileError(
+      folder,
+      fmt::format("shows {} corners of a board with markers of {} in none of its {} pictures",
+                  kMinCorners, markers.dictionary, files.size()),
+      seen.empty() || seen == markers.dictionary
+          ? "the markers must be sharp and evenly lit"
+          : fmt::format("{} holds markers of {}", files[0].string(), seen));
+}
+
 }  // namespace
 
 FoundBoards find_boards(const fs::path& folder, const std::string& match, const Board& board,
-                        const Progress& progress) {
+                        const std::optional<CharucoMarkers>& markers, const Progress& progress) {
+  if (markers) check_charuco(board, *markers);
   const std::vector<fs::path> files = pictures_below(folder, match);
   FoundBoards found;
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -136,12 +177,13 @@ FoundBoards find_boards(const fs::path& folder, const std::string& match, const 
                                   files[0].string(), found.width_px, found.height_px),
                       "calibrate each camera and each picture size on its own, choosing the "
                       "pictures with --match");
-    if (auto corners = find_board(grey, board))
-      found.views.push_back({files[i].string(), std::move(*corners)});
+    if (auto view = view_of(grey, folder, files[i], board, markers))
+      found.views.push_back(std::move(*view));
     else
       found.without_board.push_back(files[i].string());
     progress("find boards", static_cast<int>(i) + 1, static_cast<int>(files.size()));
   }
+  if (found.views.empty() && markers) throw_no_charuco(folder, files, *markers);
   if (found.views.empty())
     throw FileError(folder,
                     fmt::format("shows a board of {}x{} inner corners in none of its {} pictures",
@@ -152,7 +194,8 @@ FoundBoards find_boards(const fs::path& folder, const std::string& match, const 
 }
 
 json calibrate_camera(const CameraCalibrationOptions& options, const Progress& progress) {
-  FoundBoards boards = find_boards(options.images, options.match, options.board, progress);
+  FoundBoards boards =
+      find_boards(options.images, options.match, options.board, options.charuco, progress);
   const auto solve = [&] {
     return solve_camera(boards.views, options.board, boards.width_px, boards.height_px,
                         options.model);
@@ -171,6 +214,10 @@ json calibrate_camera(const CameraCalibrationOptions& options, const Progress& p
 
   json document = camera_json(c);
   document["board"] = board_json(options.board);
+  if (options.charuco) {
+    document["board"]["dictionary"] = options.charuco->dictionary;
+    document["board"]["marker_mm"] = options.charuco->marker_mm;
+  }
   document["pictures_without_board"] = boards.without_board;
   document["left_out"] = left_out;
   std::vector<double> held_out;
@@ -186,6 +233,7 @@ json calibrate_camera(const CameraCalibrationOptions& options, const Progress& p
   for (std::size_t v = 0; v < boards.views.size(); ++v) {
     json entry = to_json_transform(c.T_camera_board[v]);
     entry["file"] = boards.views[v].name;
+    entry["corners"] = boards.views[v].corners_px.size();
     entry["rms_px"] = c.board_rms_px[v];
     entry["held_out_rms_px"] = held_out.empty() ? json(nullptr) : json(held_out[v]);
     entry["outlier"] = std::find(outliers.begin(), outliers.end(), v) != outliers.end();
@@ -238,8 +286,10 @@ std::map<std::string, const BoardView*> by_number(const FoundBoards& boards,
 }  // namespace
 
 json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& progress) {
-  const FoundBoards left = find_boards(options.images, options.left, options.board, progress);
-  const FoundBoards right = find_boards(options.images, options.right, options.board, progress);
+  const FoundBoards left =
+      find_boards(options.images, options.left, options.board, std::nullopt, progress);
+  const FoundBoards right =
+      find_boards(options.images, options.right, options.board, std::nullopt, progress);
   if (left.width_px != right.width_px || left.height_px != right.height_px)
     throw FileError(options.images,
                     fmt::format("holds left pictures of {}x{} and right ones of {}x{} px",

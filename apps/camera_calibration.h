@@ -9,6 +9,7 @@
 
 #include "apps/stations.h"
 #include "calib/camera_solver.h"
+#include "calib/charuco.h"
 
 namespace wheatstone::apps {
 
@@ -16,20 +17,23 @@ namespace wheatstone::apps {
 struct FoundBoards {
   int width_px = 0, height_px = 0;
   std::vector<BoardView> views;            // named by their path below the folder
-  std::vector<std::string> without_board;  // pictures that do not show the whole board
+  std::vector<std::string> without_board;  // pictures that do not show (enough of) the board
 };
 
 /// Finds the board in every JPEG, PNG, TIFF and BMP below `folder` whose relative path matches the
 /// shell pattern `match` (* does not match /), in the order of names.
+/// With `markers` it is a ChArUco board, of which kMinCorners corners are enough, not all on one
+/// line.
 /// Errors: FileError: no such folder, no picture, a damaged one, two sizes (names both), no board
-/// in any picture.
+/// in any picture, another ChArUco board; ArgumentError as check_charuco().
 FoundBoards find_boards(const std::filesystem::path& folder, const std::string& match, const Board&,
-                        const Progress&);
+                        const std::optional<CharucoMarkers>& markers, const Progress&);
 
 struct CameraCalibrationOptions {
   std::filesystem::path images;
   std::string match = "*";
   Board board;
+  std::optional<CharucoMarkers> charuco;  // else a chessboard
   DistortionModel model = DistortionModel::kRadtan5;
   bool without_outliers = false;             // leave the outlier boards out and solve again
   std::optional<std::filesystem::path> out;  // folder for files and pictures

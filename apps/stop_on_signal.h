@@ -1,6 +1,8 @@
 #pragma once
 
 #include <csignal>
+#include <stop_token>
+#include <thread>
 
 namespace wheatstone::apps {
 
@@ -13,7 +15,12 @@ class StopOnSignal {
   StopOnSignal(const StopOnSignal&) = delete;
   StopOnSignal& operator=(const StopOnSignal&) = delete;
 
-  static bool requested();
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  int wake_ = -1;  // eventfd
+  std::stop_source source_;
+  std::thread watcher_;
 };
 
 }  // namespace wheatstone::apps

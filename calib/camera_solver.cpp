@@ -33,11 +33,7 @@ void check(std::span<const BoardView> views, const Board& board) {
     throw ArgumentError(
         "a camera calibration needs the board in 3 pictures, not " + std::to_string(views.size()),
         "take at least 10, with the board tilted and in all parts of the picture");
-  for (const BoardView& v : views)
-    if (v.corners_px.size() != board.corners())
-      throw ArgumentError(v.name + ": " + std::to_string(v.corners_px.size()) + " corners for " +
-                              std::to_string(board.corners()) + " of the board",
-                          "find the board again with the right --board");
+  for (const BoardView& v : views) seen_corners_mm(v, board);
 }
 
 /// Focal lengths to start from: Zhang's, and multiples of the width in case it has none.
@@ -48,7 +44,7 @@ std::vector<double> start_focal_lengths(std::span<const BoardView> views, const 
   for (const BoardView& v : views) {
     object.emplace_back();
     image.emplace_back();
-    for (const Eigen::Vector3d& p : corners_mm(board))
+    for (const Eigen::Vector3d& p : seen_corners_mm(v, board))
       object.back().emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
     for (const Eigen::Vector2d& p : v.corners_px)
       image.back().emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
@@ -76,9 +72,9 @@ struct Start {
 Start posed(std::span<const BoardView> views, const Board& board, const Intrinsics& k,
             const Distortion& d) {
   Start start{k, d, {}, 0};
-  const std::vector<Eigen::Vector3d> points = corners_mm(board);
   try {
     for (const BoardView& v : views) {
+      const std::vector<Eigen::Vector3d> points = seen_corners_mm(v, board);
       start.poses.push_back(pose_from_points(points, v.corners_px, k, d, v.name));
       for (std::size_t i = 0; i < points.size(); ++i)
         start.squares +=
@@ -98,17 +94,18 @@ struct Bundle {
 };
 
 void build(Bundle& b, std::span<const BoardView> views, const Board& board, const Start& start) {
-  const std::vector<Eigen::Vector3d> points = corners_mm(board);
   b.camera = detail::camera_block(start.k, start.d);
   for (const RigidTransform& T : start.poses) b.poses.emplace_back(T);
   b.costs.resize(views.size());
-  for (std::size_t v = 0; v < views.size(); ++v)
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<Eigen::Vector3d> points = seen_corners_mm(views[v], board);
     for (std::size_t i = 0; i < points.size(); ++i) {
       b.costs[v].push_back(new CornerCost(new CornerResidual{
           b.poses[v].R_start, points[i], views[v].corners_px[i], start.d.fisheye}));
       b.problem.AddResidualBlock(const_cast<CornerCost*>(b.costs[v].back()), nullptr,
                                  b.camera.data(), b.poses[v].turn_t.data());
     }
+  }
 }
 
 Start refine(std::span<const BoardView> views, const Board& board, const Start& start,
@@ -157,12 +154,14 @@ CameraCalibration conclude(std::span<const BoardView> views, const Board& board,
   out.model = model;
   out.T_camera_board = optimum.poses;
   double all = 0;
+  std::size_t corners = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto rows = static_cast<Eigen::Index>(2 * board.corners());
+    const std::size_t seen = views[v].corners_px.size();
+    const auto rows = static_cast<Eigen::Index>(2 * seen);
     Eigen::MatrixXd J_camera(rows, static_cast<Eigen::Index>(free.size())), J_board(rows, 6);
     Eigen::VectorXd residuals(rows);
     out.residuals_px.emplace_back();
-    for (std::size_t i = 0; i < board.corners(); ++i) {
+    for (std::size_t i = 0; i < seen; ++i) {
       Eigen::Matrix<double, 2, 12, Eigen::RowMajor> J12;
       Eigen::Matrix<double, 2, 6, Eigen::RowMajor> J6;
       Eigen::Vector2d r;
@@ -176,11 +175,11 @@ CameraCalibration conclude(std::span<const BoardView> views, const Board& board,
       out.residuals_px.back().push_back(r);
     }
     information.add_board(J_camera, J_board, residuals);
-    out.board_rms_px.push_back(
-        std::sqrt(residuals.squaredNorm() / static_cast<double>(board.corners())));
+    out.board_rms_px.push_back(std::sqrt(residuals.squaredNorm() / static_cast<double>(seen)));
     all += residuals.squaredNorm();
+    corners += seen;
   }
-  out.rms_px = std::sqrt(all / static_cast<double>(views.size() * board.corners()));
+  out.rms_px = std::sqrt(all / static_cast<double>(corners));
   out.corner_sigma_px = information.corner_sigma_px();
   out.covariance = information.covariance();
   return out;
@@ -199,6 +198,25 @@ void require_determined(const CameraCalibration& c) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector3d> seen_corners_mm(const BoardView& view, const Board& board) {
+  const std::vector<Eigen::Vector3d> all = corners_mm(board);
+  const std::size_t expected = view.corner_ids.empty() ? all.size() : view.corner_ids.size();
+  if (view.corners_px.size() != expected || expected < kMinCorners)
+    throw ArgumentError(view.name + ": " + std::to_string(view.corners_px.size()) +
+                            " corners for " + std::to_string(expected) + " of the board",
+                        "find the board again with the right --board; " +
+                            std::to_string(kMinCorners) + " corners are needed");
+  if (view.corner_ids.empty()) return all;
+  std::vector<Eigen::Vector3d> seen;
+  for (const int id : view.corner_ids) {
+    if (id < 0 || static_cast<std::size_t>(id) >= all.size())
+      throw ArgumentError(view.name + ": corner " + std::to_string(id) + " is not on the board",
+                          "find the board again with its own size");
+    seen.push_back(all[static_cast<std::size_t>(id)]);
+  }
+  return seen;
+}
 
 std::string to_string(DistortionModel model) {
   switch (model) {
@@ -269,7 +287,7 @@ RigidTransform solve_board_pose(const BoardView& view, const Board& board, const
                                 const Distortion& d) {
   const std::span<const BoardView> views(&view, 1);
   const Start start{
-      k, d, {pose_from_points(corners_mm(board), view.corners_px, k, d, view.name)}, 0};
+      k, d, {pose_from_points(seen_corners_mm(view, board), view.corners_px, k, d, view.name)}, 0};
   Bundle b;
   build(b, views, board, start);
   b.problem.SetParameterBlockConstant(b.camera.data());
@@ -281,7 +299,6 @@ std::vector<double> cross_validate(std::span<const BoardView> views, const Board
                                    int width_px, int height_px, DistortionModel model, int folds) {
   std::vector<double> rms(views.size());
   const auto parts = static_cast<std::size_t>(folds);
-  const std::vector<Eigen::Vector3d> points = corners_mm(board);
   for (std::size_t part = 0; part < std::min(parts, views.size()); ++part) {
     std::vector<BoardView> kept;
     for (std::size_t v = 0; v < views.size(); ++v)
@@ -289,6 +306,7 @@ std::vector<double> cross_validate(std::span<const BoardView> views, const Board
     const CameraCalibration c = solve_camera(kept, board, width_px, height_px, model);
     for (std::size_t v = part; v < views.size(); v += parts) {
       const RigidTransform T = solve_board_pose(views[v], board, c.intrinsics, c.distortion);
+      const std::vector<Eigen::Vector3d> points = seen_corners_mm(views[v], board);
       double squares = 0;
       for (std::size_t i = 0; i < points.size(); ++i)
         squares += (project(c.intrinsics, c.distortion, T * points[i]) - views[v].corners_px[i])

@@ -1,6 +1,6 @@
 #pragma once
-// Intrinsics and lens distortion of a camera from pictures of a chessboard, with their
-// uncertainty.
+// Intrinsics and lens distortion of a camera from pictures of a chessboard or ChArUco board, with
+// their uncertainty.
 
 #include <Eigen/Core>
 #include <span>
@@ -23,11 +23,19 @@ std::vector<std::string> coefficient_names(DistortionModel);
 /// The model's coefficients in the same order.
 std::vector<double> coefficients(const Distortion&, DistortionModel);
 
-/// The board in one picture. corners_px: in the order of corners_mm(), distorted pixels.
+/// The board in one picture. corners_px: distorted pixels, in the order of corners_mm(), or the
+/// corners with these indices into it when only a part of the board is seen.
 struct BoardView {
   std::string name;
   std::vector<Eigen::Vector2d> corners_px;
+  std::vector<int> corner_ids = {};  // empty: all
 };
+
+/// Where the corners of a view are on the board, mm, in the view's order.
+/// Throws ArgumentError, naming the view, for another number of corners than the board or the ids
+/// have, for ids that the board lacks, and for fewer than kMinCorners.
+std::vector<Eigen::Vector3d> seen_corners_mm(const BoardView&, const Board&);
+inline constexpr std::size_t kMinCorners = 6;  // fewer hardly constrain more than the board's pose
 
 struct CameraCalibration {
   Intrinsics intrinsics;  // skew 0
@@ -53,9 +61,8 @@ struct CameraCalibration {
 /// It does not know errors that pictures share: a board that is not flat or a lens that the model
 /// cannot follow.
 ///
-/// Throws ArgumentError for fewer than 3 pictures, another number of corners than the board has,
-/// boards that turn too little against each other to determine the focal length, or when nothing
-/// converges.
+/// Throws ArgumentError for fewer than 3 pictures, as seen_corners_mm(), for boards that turn too
+/// little against each other to determine the focal length, or when nothing converges.
 CameraCalibration solve_camera(std::span<const BoardView>, const Board&, int width_px,
                                int height_px, DistortionModel = DistortionModel::kRadtan5);
 

@@ -98,6 +98,11 @@ StereoCalibration solve_stereo(std::span<const BoardView> left, std::span<const 
     throw ArgumentError("there are " + std::to_string(left.size()) + " left and " +
                             std::to_string(right.size()) + " right pictures of the boards",
                         "give pairs that show the same board at the same moment");
+  for (const auto& views : {left, right})
+    for (const BoardView& v : views)
+      if (!v.corner_ids.empty())
+        throw ArgumentError(v.name + ": a stereo calibration needs the whole board",
+                            "find a chessboard's corners in both pictures");
   StereoCalibration out;
   out.left = solve_camera(left, board, width_px, height_px, model);
   out.right = solve_camera(right, board, width_px, height_px, model);

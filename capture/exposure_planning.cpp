@@ -16,7 +16,6 @@ namespace {
 // the darkest light to a tenth.
 constexpr double kHeadroom = 0.8, kDarkMargin = 0.9;
 constexpr double kApart = 1.3;  // between neighbours: cameras name their times to a sixth stop
-constexpr Duration kMoveLimit = Duration::of(60), kLightLimit = Duration::of(5);
 constexpr double kProbeStep = 8, kProbeStart_s = 1.0 / 60;
 constexpr double kSeenElectrons = 100;  // of the darkest light, so that it is known to 10 %
 
@@ -51,13 +50,13 @@ class Probe {
  public:
   Probe(const Rig& rig, double coverage) : rig_(rig), coverage_(coverage) {}
 
-  LightRange run(const std::function<bool()>& stop_requested) {
+  LightRange run(const std::stop_token& stop) {
     const ExposureLimits limits;
     const auto expose = [&](double t) {
-      if (stop_requested && stop_requested()) throw Cancelled("capture stopped");
+      if (stop.stop_requested()) throw Cancelled("capture stopped");
       const Duration exposure = Duration::of(t);
       const Deadline deadline =
-          rig_.clock.in(Duration::of(2 * rig_.camera->frame_duration(exposure).value() + 30));
+          deadline_for(rig_.clock, rig_.camera->frame_duration(exposure), stop);
       const RawFrame raw = rig_.camera->expose(exposure, deadline);
       stack_.push_back({raw.mosaic, raw.exposure, raw.gain});
     };
@@ -157,16 +156,18 @@ std::vector<double> plan_exposures(const LightRange& light, const CameraProfile&
 }
 
 LightRange probe_light(const Rig& rig, const CapturePlan& plan, double coverage,
-                       const std::function<bool()>& stop_requested) {
+                       const std::stop_token& stop) {
   if (!(coverage > 0 && coverage < 1))
     throw ArgumentError("the coverage must lie between 0 and 1", "use 0.95");
   const SafeAtExit guard(rig);
-  rig.stage->home(rig.clock.in(kMoveLimit));
-  rig.leds->set_all(1, rig.clock.in(kLightLimit));
+  rig.stage->home(deadline_for(rig.clock, rig.stage->home_duration(), stop));
+  rig.leds->set_all(1, deadline_for(rig.clock, {}, stop));
   LightRange range{0, std::numeric_limits<double>::infinity()};
   for (const double mm : probed_positions_mm(plan, rig.stage->travel())) {
-    rig.stage->move_to(Length::of(mm), rig.clock.in(kMoveLimit));
-    const LightRange here = Probe(rig, coverage).run(stop_requested);
+    rig.stage->move_to(
+        Length::of(mm),
+        deadline_for(rig.clock, rig.stage->move_duration(rig.stage->travel()), stop));
+    const LightRange here = Probe(rig, coverage).run(stop);
     range.brightest_dn_s = std::max(range.brightest_dn_s, here.brightest_dn_s);
     range.darkest_e_s = std::min(range.darkest_e_s, here.darkest_e_s);
   }

@@ -2,7 +2,7 @@
 // The fewest exposures with which a whole scene reaches a stated signal-to-noise ratio.
 // Noise model and merge: reference hdr_merge.md, sec. 1 and 2.
 
-#include <functional>
+#include <stop_token>
 #include <vector>
 
 #include "capture/plan.h"
@@ -38,6 +38,6 @@ std::vector<double> plan_exposures(const LightRange&, const CameraProfile&, doub
 /// are off when it returns or throws. coverage: in (0, 1). Errors: ArgumentError (coverage),
 /// DeviceError, Cancelled.
 LightRange probe_light(const Rig&, const CapturePlan&, double coverage,
-                       const std::function<bool()>& stop_requested);
+                       const std::stop_token& stop);
 
 }  // namespace wheatstone

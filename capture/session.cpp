@@ -23,7 +23,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr Duration kMoveLimit = Duration::of(60), kLightLimit = Duration::of(5);
 constexpr double kPositionToleranceMm = 0.5;  // reached against commanded
 constexpr double kSamePlaceMm = 0.02;         // frames of one view: a tenth of a pixel
 constexpr double kExposureTolerance = 0.12;   // nominal times are rounded by up to a sixth stop
@@ -101,7 +100,12 @@ class Session {
 
  private:
   void stop_if_asked() const {
-    if (listener_.stop_requested && listener_.stop_requested()) throw Cancelled("capture stopped");
+    if (listener_.stop.stop_requested()) throw Cancelled("capture stopped");
+  }
+
+  /// For something that should take so long.
+  Deadline patience(Duration expected = {}) const {
+    return deadline_for(rig_.clock, expected, listener_.stop);
   }
 
   /// Not a finished capture any more.
@@ -132,12 +136,12 @@ class Session {
     make_folder(dataset_.file("raw"));
     dataset_.write_camera(rig_.camera_profile);
     dataset_.write_landmarks({rig_.marker_positions_rsb_mm, rig_.near_cross_positions_rsb_mm});
-    dataset_.write_displays(rig_.panel_models);
+    if (!rig_.panel_models.empty()) dataset_.write_displays(rig_.panel_models);
     make_safe(rig_);
     stop_if_asked();
     if (const double t = record_.unfinished_exposure_s(); t > 0)
       rig_.clock.wait_until(rig_.clock.in(Duration::of(t + kReadoutS)).at_ns);
-    position_ = rig_.stage->home(rig_.clock.in(kMoveLimit));
+    position_ = rig_.stage->home(patience(rig_.stage->home_duration()));
     record_.add("homed", {{"reached_mm", position_.value()}});
   }
 
@@ -177,8 +181,10 @@ class Session {
   }
 
   Length move_to(Length target) {
-    position_ = rig_.stage->move_to(target, rig_.clock.in(kMoveLimit));
-    if (std::abs(position_.value() - target.value()) > kPositionToleranceMm)
+    position_ =
+        rig_.stage->move_to(target, patience(rig_.stage->move_duration(rig_.stage->travel())));
+    const double half_step_mm = rig_.stage->resolution().value() / 2;
+    if (std::abs(position_.value() - target.value()) > kPositionToleranceMm + half_step_mm)
       throw DeviceError(DeviceError::Kind::kFault,
                         fmt::format("the carriage stands at {:.3f} mm instead of {:.3f} mm",
                                     position_.value(), target.value()),
@@ -188,9 +194,9 @@ class Session {
 
   void set_light(Shot::Light light) {
     const bool markers = light == Shot::Light::kMarkers;
-    if (markers) rig_.leds->set_all(0, rig_.clock.in(kLightLimit));
-    rig_.markers->set(markers ? rig_.markers->all() : 0, rig_.clock.in(kLightLimit));
-    if (!markers) rig_.leds->set_all(1, rig_.clock.in(kLightLimit));
+    if (markers) rig_.leds->set_all(0, patience());
+    rig_.markers->set(markers ? rig_.markers->all() : 0, patience());
+    if (!markers) rig_.leds->set_all(1, patience());
   }
 
   void take(const Shot& shot, Length reached) {
@@ -205,9 +211,8 @@ class Session {
                   {"exposure_s", shot.exposure_s}};
     record_.add("trigger", frame);
     const Duration exposure = Duration::of(shot.exposure_s);
-    const Deadline deadline =
-        rig_.clock.in(Duration::of(2 * rig_.camera->frame_duration(exposure).value() + 30));
-    const RawFrame raw = rig_.camera->expose(exposure, deadline);
+    const RawFrame raw =
+        rig_.camera->expose(exposure, patience(rig_.camera->frame_duration(exposure)));
     require_the_frame(raw, shot, asked_ns);
     write_mosaic_png(dataset_.file(shot.file), raw.mosaic);
     frame["exposure_s"] = raw.exposure.value();

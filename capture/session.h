@@ -9,6 +9,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stop_token>
 
 #include "capture/plan.h"
 #include "core/dataset.h"
@@ -18,7 +19,7 @@ namespace wheatstone {
 struct CaptureListener {
   std::function<void(const nlohmann::json& record)> on_record;  // as it stands in the journal
   std::function<void(int done, int total)> on_progress;         // frames
-  std::function<bool()> stop_requested;                         // asked before every step
+  std::stop_token stop;  // seen before every step, and by the devices during it
 };
 
 /// Carries out the plan in the order of shots_of(). Camera, lights and carriage never act at the
@@ -35,7 +36,7 @@ struct CaptureListener {
 ///         FileError: the folder holds another dataset or is in use, too little space, disk faults;
 ///         DeviceError: as the devices say, and kFault for a frame or a position that is not what
 ///           was asked for;
-///         Cancelled: listener.stop_requested() was true.
+///         Cancelled: stop was requested.
 void capture_light_field(const Rig&, const Dataset&, const DatasetManifest&, const CapturePlan&,
                          const CaptureListener&);
 

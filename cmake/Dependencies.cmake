@@ -30,7 +30,7 @@ set_target_properties(third_party::libraw PROPERTIES
 # Debian's single OpenCV modules come without OpenCV's CMake package (only libopencv-dev, which
 # pulls in all of it, has one), so each module used is declared here.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(module core imgproc imgcodecs calib3d)
+foreach(module core imgproc imgcodecs calib3d aruco)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
   add_library(third_party::opencv_${module} UNKNOWN IMPORTED)
   set_target_properties(third_party::opencv_${module} PROPERTIES

@@ -51,6 +51,11 @@ class SimulatedClock final : public Clock {
   Nanoseconds now_ns_ = 0;
 };
 
+/// Patience with something that should take `expected`: twice as long, and half a minute.
+inline Deadline deadline_for(const Clock& clock, Duration expected, std::stop_token cancel = {}) {
+  return clock.in(2 * expected + Duration::of(30), std::move(cancel));
+}
+
 /// The wall clock, "2026-11-25T12:33:29Z", for records that people read.
 std::string utc_timestamp();
 

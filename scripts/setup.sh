@@ -4,7 +4,8 @@ set -eu
 
 WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libeigen3-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
- libopencv-calib3d-dev libceres-dev libopenexr-dev libraw-dev libembree-dev libtbb-dev
+ libopencv-calib3d-dev libopencv-contrib-dev libceres-dev libopenexr-dev
+ libraw-dev libembree-dev libtbb-dev
  libfmt-dev libspdlog-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev
  libglm-dev libssl-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
  libgtest-dev libgmock-dev libbenchmark-dev glslang-tools

@@ -60,29 +60,40 @@ void print_calibration(const json& c) {
              c["uncertainty_mean_px"].get<double>(), c["uncertainty_largest_px"].get<double>());
   fmt::print("next: {}\n", c["advice"].get<std::string>());
   for (const json& f : c["camera_files"])
-    if (!f["not_written"].is_null())
-      fmt::print("{} not written: {}\n", f["file"].get<std::string>(),
+    if (f["not_written"].is_null())
+      fmt::print("wrote {}\n", f["file"].get<std::string>());
+    else
+      fmt::print("for information: no {}, because {}\n", f["file"].get<std::string>(),
                  f["not_written"].get<std::string>());
+  if (!c["camera_files"].empty())
+    fmt::print("wrote coverage.png, uncertainty.png, uncertainty.exr and calibration.json\n");
 }
 
 }  // namespace
 
 void add_calibrate_camera(CLI::App& calibrate) {
   auto* command = calibrate.add_subcommand(
-      "camera", "Intrinsics and lens distortion from pictures of a chessboard");
+      "camera", "Intrinsics and lens distortion from pictures of a chessboard or ChArUco board");
   auto common = std::make_shared<BoardArguments>();
+  auto markers = std::make_shared<CharucoMarkers>();
   auto options = std::make_shared<CameraCalibrationOptions>();
   common->add_to(*command);
   command->add_option("--match", options->match, "pictures to use, as in 'left*.jpg'")
       ->capture_default_str();
   command->add_flag("--without-outliers", options->without_outliers,
                     "leave out boards that fit 3 times worse than the median");
+  auto* charuco = command->add_option("--charuco", markers->dictionary,
+                                      "the board is a ChArUco board with markers of this "
+                                      "dictionary, as in DICT_4X4_50");
+  charuco->needs(command->add_option("--marker-mm", markers->marker_mm, "side of a marker in mm")
+                     ->needs(charuco));
   command->footer(
       "Example:\n  wheatstone calibrate camera --images ../shared/data/camera_calibration/"
       "opencv_9x6 --match 'left*' --board 9x6 --square-mm 25 --out out/left");
   command->callback([=] {
     options->images = common->images;
     options->board = board_from_string(common->board, common->square_mm);
+    if (!markers->dictionary.empty()) options->charuco = *markers;
     options->model = distortion_model_from_string(common->distortion);
     options->out = common->out_folder();
     const json result = calibrate_camera(*options, show_progress);
@@ -142,6 +153,7 @@ void add_convert_camera(CLI::App& app) {
       "--out out/cameras.txt");
   command->callback([=] {
     write_camera_file(*out, camera_format_from_string(*format), read_camera_file(*input));
+    fmt::print("wrote {}\n", *out);
   });
 }
 

@@ -9,11 +9,13 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
+#include "apps/rig_source.h"
 #include "apps/stop_on_signal.h"
 #include "capture/exposure_planning.h"
 #include "capture/session.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "hardware/watchdog.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -23,6 +25,7 @@ using nlohmann::json;
 struct CaptureOptions {
   std::string folder;
   SimulationOptions simulation;
+  std::string rig, transcript;
   CapturePlan plan;
   double coverage = 0.95;
   bool dry_run = false, as_json = false;
@@ -111,24 +114,34 @@ class Teller {
 
 /// The exposures of the session in the folder if it was planned for the same ratio, so that a
 /// resumed session does not probe again; else planned from a probe.
-std::vector<double> exposures_for(const CapturePlan& plan, const Dataset& dataset, const Rig& rig) {
+std::vector<double> exposures_for(const CapturePlan& plan, const Dataset& dataset, const Rig& rig,
+                                  const std::stop_token& stop) {
   if (const std::optional<CapturePlan> there = recorded_plan(dataset)) return there->exposures_s;
-  const LightRange light = probe_light(rig, plan, plan.coverage, StopOnSignal::requested);
+  const LightRange light = probe_light(rig, plan, plan.coverage, stop);
   return plan_exposures(light, rig.camera_profile, plan.signal_to_noise);
 }
 
-void run_capture(const CaptureOptions& options) {
+RigSource source_of(const CaptureOptions& options) {
   const SimulationOptions& s = options.simulation;
-  SimulatedRig twin({s.scene, s.scale, s.seed});
-  const Rig rig = twin.rig();
-  const Dataset dataset(options.folder);
+  if (options.rig.empty()) return RigSource(SimulatedRigOptions{s.scene, s.scale, s.seed});
+  return RigSource(read_rig_file(options.rig, all_drivers()), options.transcript);
+}
+
+void run_capture(const CaptureOptions& options) {
   const StopOnSignal stop;
+  RigSource source = source_of(options);
+  const Rig rig = source.rig();
+  const Dataset dataset(options.folder);
+  Watchdog watchdog(source.watchdog(), [&rig] {
+    std::fputs("wheatstone: the capture hangs; the rig is made safe\n", stderr);
+    make_safe(rig);
+  });
   CapturePlan plan = options.plan;
   if (const std::string reason = validate(plan); !reason.empty())
     throw ArgumentError(reason, "change the plan");
   if (plan.signal_to_noise != 0) {
     plan.coverage = options.coverage;
-    plan.exposures_s = exposures_for(plan, dataset, rig);
+    plan.exposures_s = exposures_for(plan, dataset, rig, stop.token());
   }
   Teller teller(options.as_json);
   const std::vector<Shot> shots = shots_of(plan, rig.stage->travel());
@@ -136,10 +149,14 @@ void run_capture(const CaptureOptions& options) {
               static_cast<int>(shots.size()));
   if (options.dry_run) return;
   make_folder(dataset.root());
-  capture_light_field(
-      rig, dataset, {"capture", s.scene, s.seed, s.scale, "simulated rig", 0, 1}, plan,
-      {[&](const json& r) { teller.record(r); },
-       [&](int done, int total) { teller.progress(done, total); }, StopOnSignal::requested});
+  const SimulatedRigOptions& twin = source.simulation();
+  capture_light_field(rig, dataset,
+                      {"capture", twin.scene, twin.seed, twin.scale, source.name(), 0, 1}, plan,
+                      {[&](const json& r) {
+                         watchdog.pet();
+                         teller.record(r);
+                       },
+                       [&](int done, int total) { teller.progress(done, total); }, stop.token()});
 }
 
 }  // namespace
@@ -152,6 +169,11 @@ void add_capture(CLI::App& app) {
   command->add_option("dataset", options->folder, "dataset folder, new or of the same session")
       ->required();
   options->simulation.add_to(*command);
+  auto* rig = command->add_option("--rig", options->rig, "rig file; without it, the twin");
+  for (const char* of_the_twin : {"--scene", "--scale", "--seed"})
+    command->get_option(of_the_twin)->excludes(rig);
+  command->add_option("--transcript", options->transcript, "writes what goes over the wires here")
+      ->needs(rig);
   command->add_option("--views", plan.views, "rail positions")->capture_default_str();
   auto* exposures = command->add_option("--exposures", plan.exposures_s, "exposure times in s")
                         ->capture_default_str();

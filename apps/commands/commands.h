@@ -17,6 +17,8 @@ void add_import(CLI::App&);
 void add_render(CLI::App&);
 void add_present(CLI::App&);
 void add_doctor(CLI::App&);
+void add_emulate(CLI::App&);
+void add_jog(CLI::App&);
 void add_convert_camera(CLI::App&);
 void add_export_poses(CLI::App&);
 void add_metric(CLI::App&);

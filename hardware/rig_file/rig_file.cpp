@@ -113,6 +113,24 @@ RigDescription read_rig_file(const std::filesystem::path& file, const DriverCata
   rig.luminance_limit = Luminance::of(safety.number("luminance_limit_cd_m2", 0.01, 1e5));
   rig.watchdog = Duration::of(safety.number_or("watchdog_s", 120, 1, 3600));
   safety.finish();
+  if (top.has("soft_limits")) {
+    const TomlTable limits = top.table("soft_limits");
+    const auto pair = [&](const char* key, double largest) {
+      const auto ends = limits.numbers<2>(key, 0, largest);
+      if (ends[0] >= ends[1])
+        limits.fail(key, "has its limits inverted", "give the smaller one first");
+      return ends;
+    };
+    if (limits.has("stage_mm")) {
+      const auto ends = pair("stage_mm", kLongestMm);
+      rig.soft_stage = {Length::of(ends[0]), Length::of(ends[1])};
+    }
+    if (limits.has("platform_deg")) {
+      const auto ends = pair("platform_deg", 360);
+      rig.soft_platform = {degrees(ends[0]), degrees(ends[1])};
+    }
+    limits.finish();
+  }
   if (top.has("simulation")) {
     const TomlTable simulation = top.table("simulation");
     rig.simulation.scene = simulation.text_or("scene", rig.simulation.scene);

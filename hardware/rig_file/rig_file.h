@@ -2,6 +2,7 @@
 // The rig file: which devices a rig has and what is known about them (docs/rig_file.md).
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -35,6 +36,10 @@ struct RigDescription {
 
   Luminance luminance_limit;  // at the observer's eye
   Duration watchdog;          // the rig is made safe when the program hangs for so long
+
+  // Moves by hand beyond these have to be confirmed.
+  std::optional<std::array<Length, 2>> soft_stage;
+  std::optional<std::array<Angle, 2>> soft_platform;
 
   /// The twin behind drivers named "simulated".
   struct Simulation {

@@ -238,7 +238,7 @@ double GrblController::move(int axis, double target, const Deadline& deadline) {
                         "home it again");
     }
     state_ = StageState::kIdle;
-    return reached / per_unit;
+    return reached / per_unit + 0.0;  // no minus before a zero
   } catch (const Cancelled&) {
     state_ = StageState::kIdle;  // kept if it comes to a stand in order
     come_to_a_stand();
@@ -259,7 +259,7 @@ double GrblController::position(int axis, const Deadline& deadline) {
   const double per_unit = setting(100 + axis);
   try {
     const Status now = status(deadline);
-    return std::round((now.mpos[i] - home_mpos_[i]) * away_[i] * per_unit) / per_unit;
+    return std::round((now.mpos[i] - home_mpos_[i]) * away_[i] * per_unit) / per_unit + 0.0;
   } catch (const DeviceError& e) {
     // Its answer may still come: what follows could take it for another.
     if (e.kind() != Kind::kRefused) lose_position();

@@ -209,6 +209,8 @@ TEST(Help, EverySubcommandShowsAnExample) {
                                            {"render"},
                                            {"present"},
                                            {"doctor"},
+                                           {"jog"},
+                                           {"emulate"},
                                            {"metric"},
                                            {"metric", "pu21"},
                                            {"demosaic"},

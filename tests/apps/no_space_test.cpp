@@ -22,7 +22,9 @@ fs::path largest_file(const fs::path& folder, const std::string& extension) {
 }
 
 // One byte short: even the last write, when the file is closed, has to be checked.
-Surroundings one_byte_short_of(const fs::path& file) { return {{}, fs::file_size(file) - 1}; }
+Surroundings one_byte_short_of(const fs::path& file) {
+  return {{}, fs::file_size(file) - 1};
+}
 
 TEST_F(NoSpace, Exr) {
   const Dataset dataset = write_small_light_field(root_ / "d");

@@ -56,17 +56,20 @@ void become_program(std::vector<std::string> arguments, const Surroundings& arou
 }
 
 Outcome run_program(const std::vector<std::string>& arguments, const Surroundings& around) {
-  std::array<int, 2> out{}, err{};
-  if (::pipe(out.data()) != 0 || ::pipe(err.data()) != 0) throw std::runtime_error("no pipe");
+  std::array<int, 2> in{}, out{}, err{};
+  if (::pipe(in.data()) != 0 || ::pipe(out.data()) != 0 || ::pipe(err.data()) != 0)
+    throw std::runtime_error("no pipe");
   const pid_t child = ::fork();
   if (child == 0) {
+    ::dup2(in[0], STDIN_FILENO);
     ::dup2(out[1], STDOUT_FILENO);
     ::dup2(err[1], STDERR_FILENO);
-    for (int fd : {out[0], out[1], err[0], err[1]}) ::close(fd);
+    for (int fd : {in[0], in[1], out[0], out[1], err[0], err[1]}) ::close(fd);
     become_program(arguments, around);
   }
-  ::close(out[1]);
-  ::close(err[1]);
+  if (::write(in[1], around.input.data(), around.input.size()) < 0)
+    throw std::runtime_error("the program takes no input");
+  for (int fd : {in[0], in[1], out[1], err[1]}) ::close(fd);
   if (child < 0) throw std::runtime_error("no child process");
   int status = 0;
   bool ended = false;

@@ -23,6 +23,7 @@ struct Surroundings {
   std::vector<std::string> environment;           // "NAME=value"
   std::optional<rlim_t> largest_file_bytes = {};  // writes beyond it fail as on a full disk
   std::function<bool()> kill_when = {};           // asked until it says true; then kill -9
+  std::string input = {};                         // what is typed, a few lines at most
 };
 
 /// Turns this process, a child of the test, into the program.

@@ -123,7 +123,9 @@ TEST(ExposurePlanning, TheProbeSeesTheRangeOfTheBox) {
   EXPECT_GT(light.darkest_e_s, 0);
   EXPECT_LT(light.darkest_e_s, light.brightest_dn_s);
   EXPECT_THAT(error_of([&] { probe_light(rig, {3}, 1, {}); }), HasSubstr("coverage"));
-  EXPECT_THAT(error_of([&] { probe_light(rig, {3}, 0.9, [] { return true; }); }),
+  std::stop_source stopped;
+  stopped.request_stop();
+  EXPECT_THAT(error_of([&] { probe_light(rig, {3}, 0.9, stopped.get_token()); }),
               HasSubstr("stopped"));
   EXPECT_TRUE(twin.world().light == BoxLight{});
 }

@@ -182,17 +182,36 @@ TEST_F(SessionTest, FrameThatIsNotTheOneAskedForIsRefused) {
 }
 
 TEST_F(SessionTest, CancelledAtAnyStep) {
-  for (const int n : {0, 1, 2, 3, 6, 13}) {
+  const auto cancelled = [&](const auto& arrange, const std::string& when) {
     const TemporaryFolder folder;
     TroubledRig rig;
-    int asked = 0;
-    const std::string error =
-        capture(rig, folder.path, kPlan, {{}, {}, [&] { return asked++ == n; }});
-    EXPECT_THAT(error, HasSubstr("resume"));
+    std::stop_source source;
+    arrange(rig, source);
+    EXPECT_THAT(capture(rig, folder.path, kPlan, {{}, {}, source.get_token()}),
+                HasSubstr("resume"));
     TroubledRig again;
     EXPECT_EQ(capture(again, folder.path), "no error");
-    EXPECT_EQ(rig.frames + again.frames, kFrames);
-    EXPECT_TRUE(dataset_contents(folder.path) == whole_) << n;
+    EXPECT_EQ(rig.frames + again.frames, kFrames) << when;
+    EXPECT_TRUE(dataset_contents(folder.path) == whole_) << when;
+  };
+  cancelled([](TroubledRig&, std::stop_source& source) { source.request_stop(); }, "at once");
+  for (const int n : {0, 1, 2, 5, 8}) {
+    cancelled(
+        [n](TroubledRig& rig, std::stop_source& source) {
+          rig.after_frame = [&source, n](int frame, RawFrame&) {
+            if (frame == n) source.request_stop();
+          };
+        },
+        "after frame " + std::to_string(n));
+  }
+  for (const int n : {0, 1, 2}) {
+    cancelled(
+        [n](TroubledRig& rig, std::stop_source& source) {
+          rig.before_move = [&source, n](int move) {
+            if (move == n) source.request_stop();
+          };
+        },
+        "in move " + std::to_string(n));
   }
 }
 

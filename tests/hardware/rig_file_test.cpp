@@ -72,6 +72,13 @@ TEST_F(RigFileTest, RefusesWhatIsWrongByLineAndKey) {
   EXPECT_THAT(refusal(kGrbl + "[safety]\nluminance_limit_cd_m2 = 1e9\n"), HasSubstr("0.01"));
 }
 
+TEST_F(RigFileTest, RefusesInvertedLimits) {
+  EXPECT_THAT(refusal(kGrbl + kSafety + "[soft_limits]\nstage_mm = [160, 5]\n"),
+              AllOf(HasSubstr("soft_limits.stage_mm"), HasSubstr("inverted")));
+  EXPECT_EQ(read(kGrbl + kSafety + "[soft_limits]\nstage_mm = [5, 160]\n").soft_stage->at(1),
+            160.0_mm);
+}
+
 TEST_F(RigFileTest, RefusesTwoDevicesAtOneAddress) {
   EXPECT_THAT(
       refusal(kGrbl +

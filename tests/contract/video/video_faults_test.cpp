@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <thread>
 
+#include "core/random.h"
 #include "tests/contract/fault_call.h"
 #include "tests/contract/video/video_backends.h"
 
@@ -393,6 +394,38 @@ TEST_F(V4l2Oddities, WhatItSeesIsWhatTheTwinSees) {
     }
   }
   EXPECT_GT(compared, 5);
+}
+
+TEST_F(V4l2Oddities, GarbledAnswersAreRefusedOrTaken) {
+  V4l2Backend backend(video_bed());
+  VideoCamera& camera = backend.camera();
+  RandomStream random(7, 0);
+  // A byte or two of every tenth answer; not where the kernel says what it has mapped.
+  backend.peer().with_firmware([&] {
+    backend.firmware().spoil = [&](unsigned long request, void* argument, int result) {
+      if (request == VIDIOC_QUERYBUF || request == VIDIOC_REQBUFS || random.next() % 10)
+        return result;
+      for (int i = 0; i < 2; ++i)
+        static_cast<std::uint8_t*>(argument)[random.next() % _IOC_SIZE(request)] =
+            static_cast<std::uint8_t>(random.next());
+      return result;
+    };
+  });
+  int refused = 0, taken = 0;
+  for (int i = 0; i < 150; ++i) {
+    const auto d = [] { return SteadyClock().in(Duration::of(0.05)); };
+    const auto end = kind_of([&] {
+      configure(camera, d());
+      camera.start(d());
+      camera.next(d());
+      ++taken;
+    });
+    camera.stop();
+    refused += end.has_value();
+    EXPECT_NE(end, Kind::kDisconnected);
+  }
+  EXPECT_GT(refused, 10);
+  EXPECT_GT(taken, 10);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "apps/commands/commands.h"
+#include "apps/stop_on_signal.h"
+#include "core/clock.h"
+#include "core/error.h"
+#include "sim/wire/arduino_gantry_firmware.h"
+#include "sim/wire/grbl_firmware.h"
+#include "sim/wire/pty_peer.h"
+
+namespace wheatstone::apps {
+namespace {
+
+constexpr Nanoseconds kLookEveryNs = 50'000'000;
+
+std::unique_ptr<SerialFirmware> firmware_of(const std::string& name) {
+  if (name == "grbl") return std::make_unique<GrblFirmware>();
+  if (name == "arduino-gantry") return std::make_unique<ArduinoGantryFirmware>();
+  throw ArgumentError("there is no emulated device " + name, "use grbl or arduino-gantry");
+}
+
+void emulate(const std::string& name, const std::string& link, double speed) {
+  const std::unique_ptr<SerialFirmware> firmware = firmware_of(name);
+  const StopOnSignal stop;
+  const PtyPeer peer(*firmware, link, speed);
+  fmt::print("{} on {}; Ctrl-C ends it\n", name, peer.path().string());
+  std::fflush(stdout);
+  SteadyClock clock;
+  while (!stop.token().stop_requested()) clock.wait_until(clock.now_ns() + kLookEveryNs);
+}
+
+}  // namespace
+
+void add_emulate(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "emulate", "A device of the rig at the other end of a pseudo-terminal, for any client");
+  auto name = std::make_shared<std::string>();
+  auto link = std::make_shared<std::string>();
+  auto speed = std::make_shared<double>(1);
+  command->add_option("device", *name, "grbl or arduino-gantry")->required();
+  command->add_option("--link", *link, "symbolic link to the terminal, removed at the end");
+  command->add_option("--speed", *speed, "how many times as fast as the real device")
+      ->capture_default_str();
+  command->footer("Example:\n  wheatstone emulate grbl --link out/grbl");
+  command->callback([=] { emulate(*name, *link, *speed); });
+}
+
+}  // namespace wheatstone::apps

@@ -1,0 +1,139 @@
+// doctor, jog, emulate and capture --rig, as a person runs them.
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/files.h"
+#include "hardware/transport/serial_port.h"
+#include "program.h"
+#include "sim/wire/grbl_firmware.h"
+#include "sim/wire/pty_peer.h"
+
+namespace wheatstone::apps {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::string kSafety = "[safety]\nluminance_limit_cd_m2 = 3000\n";
+const std::string kSimulated = std::string(WHEATSTONE_SOURCE_DIR) + "/rigs/simulated.toml";
+
+class RigCommands : public TemporaryFolder {
+ protected:
+  std::string rig_file(const std::string& body) {
+    const std::string file = path("rig.toml");
+    write_text_atomically(file,
+                          "schema = \"wheatstone-rig/1\"\nname = \"test\"\n" + body + kSafety);
+    return file;
+  }
+  std::string grbl_rig(const std::string& port) {
+    return rig_file("[stage]\ndriver = \"grbl\"\nport = \"" + port +
+                    "\"\ntravel_mm = 167\n[soft_limits]\nstage_mm = [1, 160]\n");
+  }
+};
+
+TEST_F(RigCommands, DoctorFindsTheSimulatedRigInOrder) {
+  const Outcome outcome = run_program({"doctor", "--rig", kSimulated, "--json"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(report.at("devices").size(), 5U);
+  for (const auto& device : report.at("devices")) EXPECT_EQ(device.at("status"), "ok");
+  EXPECT_THAT(run_program({"doctor", "--rig", kSimulated}).out,
+              AllOf(HasSubstr("stage"), HasSubstr("camera"), HasSubstr("OpenGL")));
+}
+
+TEST_F(RigCommands, DoctorNamesWhatIsWrongWithItsRemedy) {
+  expect_refused(run_program({"doctor", "--rig", path("none.toml")}), {"none.toml"});
+  const Outcome missing = run_program({"doctor", "--rig", grbl_rig(path("tty"))});
+  EXPECT_EQ(missing.status, 1);
+  EXPECT_THAT(missing.out, AllOf(HasSubstr("not found"), HasSubstr("plug it in")));
+
+  GrblFirmware::Options old;
+  old.version = "0.9j";
+  GrblFirmware firmware(old, {});
+  const PtyPeer peer(firmware, path("grbl"), 20);
+  const Outcome wrong = run_program({"doctor", "--rig", grbl_rig(path("grbl"))});
+  EXPECT_EQ(wrong.status, 1);
+  EXPECT_THAT(wrong.out, AllOf(HasSubstr("Grbl 0.9j"), HasSubstr("install GRBL 1.1")));
+}
+
+TEST_F(RigCommands, JogMovesARealDriverAndGuardsItsLimits) {
+  GrblFirmware firmware;
+  PtyPeer peer(firmware, path("grbl"), 20);
+  Surroundings typing;
+  typing.input =
+      "stage 3\nhome\nstage 50\nstage 165\nstage 165 anyway\nstage 170 anyway\nwhere\nmarkers 1\n"
+      "fly\nquit\n";
+  const Outcome outcome = run_program(
+      {"jog", "--rig", grbl_rig(path("grbl")), "--transcript", path("wire.jsonl")}, typing);
+  EXPECT_EQ(outcome.status, 1) << "some of it was refused";
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("stage: 0.000 mm"), HasSubstr("stands at 50.000 mm"),
+                                 HasSubstr("stands at 165.000 mm"), Not(HasSubstr("170"))));
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("home it first"), HasSubstr("beyond the soft limits 1 to 160"),
+                    HasSubstr("beyond the stage's travel"), HasSubstr("has no marker lights"),
+                    HasSubstr("no command fly"), HasSubstr("5 of the commands failed")));
+  peer.with_firmware([&] { EXPECT_NEAR(firmware.place(0), 165, 0.01); });
+  EXPECT_THAT(read_text(path("wire.jsonl")), HasSubstr("\"to\": \"device\""));
+}
+
+TEST_F(RigCommands, JogWorksOnTheTwin) {
+  Surroundings typing;
+  typing.input = "home\nstage 50\nmarkers 0 2\nwhere\nleds 0.5\nshoot 0.01 " + path("a.png") +
+                 "\nhome platform\nplatform 90\noff\nwhere\n";
+  const std::string file = rig_file(
+      "[stage]\ndriver = \"simulated\"\n[platform]\ndriver = \"simulated\"\n[markers]\ndriver = "
+      "\"simulated\"\n[leds]\ndriver = \"simulated\"\n[camera]\ndriver = \"simulated\"\n"
+      "[simulation]\nscale = 0.05\n");
+  const Outcome outcome = run_program({"jog", "--rig", file}, typing);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("markers: 0 2"), HasSubstr("platform: 90.000 deg"),
+                                 HasSubstr("markers: none"), HasSubstr("368 x 246 pixels")));
+  EXPECT_TRUE(std::filesystem::exists(path("a.png")));
+}
+
+TEST_F(RigCommands, CaptureTakesTheRigFromItsFile) {
+  const std::string file = rig_file(
+      "[stage]\ndriver = \"simulated\"\n[markers]\ndriver = \"simulated\"\n[leds]\ndriver = "
+      "\"simulated\"\n[camera]\ndriver = \"simulated\"\n[simulation]\nscale = 0.05\nscene = "
+      "\"sphere\"\n");
+  const Outcome outcome =
+      run_program({"capture", path("d"), "--rig", file, "--views", "2", "--exposures", "0.05"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const DatasetManifest manifest = Dataset(path("d")).read_manifest();
+  EXPECT_EQ(manifest.source, "test");
+  EXPECT_EQ(manifest.scene, "sphere");
+  const Outcome both = run_program({"capture", path("e"), "--rig", file, "--scene", "card"});
+  EXPECT_NE(both.status, 0) << "the scene stands in the rig file";
+  expect_refused(
+      run_program({"capture", path("f"), "--rig", rig_file("[stage]\ndriver = \"simulated\"\n")}),
+      {"this rig has no", "name one in the rig file"});
+}
+
+TEST_F(RigCommands, EmulateServesAnyClient) {
+  const std::string link = path("grbl");
+  std::string answer;
+  Surroundings until_answered;
+  until_answered.kill_when = [&] {
+    if (!std::filesystem::exists(link)) return false;
+    SteadyClock clock;
+    SerialPort client("a client", link, 115200);
+    client.write("\x18", clock.in(Duration::of(5)));
+    client.write("$I\n", clock.in(Duration::of(5)));
+    while (answer.find("ok") == std::string::npos) answer += client.read(clock.in(Duration::of(5)));
+    return true;
+  };
+  run_program({"emulate", "grbl", "--link", link}, until_answered);
+  EXPECT_THAT(answer, AllOf(HasSubstr("Grbl 1.1h"), HasSubstr("[VER:1.1h")));
+  std::filesystem::remove(link);  // it was killed
+  expect_refused(run_program({"emulate", "toaster"}), {"toaster", "grbl"});
+  write_text_atomically(path("file"), "x");
+  expect_refused(run_program({"emulate", "grbl", "--link", path("file")}), {"file"});
+  expect_refused(run_program({"emulate", "grbl", "--speed", "0"}), {"time scale"});
+}
+
+}  // namespace
+}  // namespace wheatstone::apps
