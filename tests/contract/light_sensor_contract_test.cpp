@@ -193,7 +193,7 @@ void inject(SerialBackend& backend, const std::string& fault) {
   if (fault == "not ASCII") peer.spoil([](const std::string&) { return "\xc3\x28\xff\xfe\n"; });
   if (fault == "flipped bit")
     peer.spoil([](std::string sent) {
-      if (sent.size() > 100) sent.at(50) ^= 4;  // no answer is so long
+      if (sent.size() > 100) sent.back() ^= 4;  // no answer is so long
       return sent;
     });
   peer.with_firmware([&] {
