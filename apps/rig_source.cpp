@@ -1,5 +1,9 @@
 #include "apps/rig_source.h"
 
+#ifdef WHEATSTONE_HAS_V4L2
+#include "hardware/video/v4l2_driver.h"
+#endif
+
 namespace wheatstone::apps {
 namespace {
 
@@ -16,6 +20,12 @@ DriverCatalogue all_drivers() {
   DriverCatalogue catalogue;
   add_simulated_drivers(catalogue);
   add_serial_drivers(catalogue);
+  add_stream_drivers(catalogue);
+#ifdef WHEATSTONE_HAS_V4L2
+  add_v4l2_driver(catalogue);
+#else
+  catalogue.add_missing("v4l2", "linux-libc-dev");
+#endif
   return catalogue;
 }
 

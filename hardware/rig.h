@@ -10,11 +10,14 @@
 #include "core/rig_types.h"
 #include "hardware/alignment_observer.h"
 #include "hardware/device_error.h"
+#include "hardware/head_tracker.h"
 #include "hardware/led_array.h"
+#include "hardware/light_sensor.h"
 #include "hardware/marker_lights.h"
 #include "hardware/panel_output.h"
 #include "hardware/stage.h"
 #include "hardware/still_camera.h"
+#include "hardware/video_camera.h"
 
 namespace wheatstone {
 
@@ -51,6 +54,9 @@ struct Rig {
   Fitted<MarkerLights> markers{"marker lights"};
   Fitted<LedArray> leds{"LED array"};
   Fitted<StillCamera> camera{"still camera"};
+  Fitted<VideoCamera> video{"video camera"};
+  Fitted<HeadTracker> head_tracker{"head tracker"};
+  Fitted<LightSensor> light_sensor{"light sensor"};
   Fitted<AlignmentObserver> observer{"alignment observer"};
   std::array<PanelOutput*, 8> panels{};  // at 2 * index_of(id) + (projector ? 1 : 0); null: lacking
 

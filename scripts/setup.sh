@@ -8,7 +8,8 @@ WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libraw-dev libembree-dev libtbb-dev
  libfmt-dev libspdlog-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev
  libglm-dev libssl-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
- libgtest-dev libgmock-dev libbenchmark-dev glslang-tools"
+ libgtest-dev libgmock-dev libbenchmark-dev glslang-tools
+ libumockdev-dev umockdev v4l-utils"
 
 missing=""
 for package in $WHEATSTONE_PACKAGES; do

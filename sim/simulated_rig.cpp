@@ -5,9 +5,12 @@
 
 #include "core/error.h"
 #include "sim/camera.h"
+#include "sim/head_tracker.h"
+#include "sim/light_sensor.h"
 #include "sim/lights.h"
 #include "sim/observer.h"
 #include "sim/stage.h"
+#include "sim/video_camera.h"
 
 namespace wheatstone {
 namespace {
@@ -70,6 +73,7 @@ struct SimulatedRig::Devices {
   explicit Devices(const SimulatedRigOptions& o)
       : world(o.scene, o.scale, o.seed),
         camera(world, o.camera_noise),
+        video(world, o.camera_noise),
         observer(world, o.observer_noise_arcmin) {
     for (const DisplayId id : kDisplays) {
       for (const auto modulator :
@@ -85,6 +89,9 @@ struct SimulatedRig::Devices {
   SimulatedMarkers markers{world};
   SimulatedLeds leds{world};
   SimulatedCamera camera;
+  SimulatedVideoCamera video;
+  SimulatedHeadTracker head_tracker{world};
+  SimulatedLightSensor light_sensor{world, kDisplays[0]};
   SimulatedObserver observer;
   std::vector<std::unique_ptr<SimulatedPanel>> panels;  // in the order of Rig::panels
 };
@@ -110,6 +117,9 @@ Rig SimulatedRig::rig() {
   rig.markers = d.markers;
   rig.leds = d.leds;
   rig.camera = d.camera;
+  rig.video = d.video;
+  rig.head_tracker = d.head_tracker;
+  rig.light_sensor = d.light_sensor;
   rig.observer = d.observer;
   for (std::size_t i = 0; i < rig.panels.size(); ++i) rig.panels[i] = d.panels[i].get();
   rig.camera_profile = d.world.camera_profile;

@@ -70,6 +70,9 @@ void add_simulated_drivers(DriverCatalogue& catalogue) {
   add(std::type_identity<MarkerLights>());
   add(std::type_identity<LedArray>());
   add(std::type_identity<StillCamera>());
+  add(std::type_identity<VideoCamera>());
+  add(std::type_identity<HeadTracker>());
+  add(std::type_identity<LightSensor>());
 }
 
 void add_serial_drivers(DriverCatalogue& catalogue) {

@@ -95,5 +95,7 @@ class DriverCatalogue {
 void add_simulated_drivers(DriverCatalogue&);
 /// GRBL and the Arduino gantry.
 void add_serial_drivers(DriverCatalogue&);
+/// Head trackers and the photodiode.
+void add_stream_drivers(DriverCatalogue&);
 
 }  // namespace wheatstone

@@ -202,6 +202,9 @@ Rig OpenRig::rig() {
   if (markers_) rig.markers = *markers_;
   if (leds_) rig.leds = *leds_;
   if (camera_) rig.camera = *camera_;
+  if (video_) rig.video = *video_;
+  if (head_tracker_) rig.head_tracker = *head_tracker_;
+  if (light_sensor_) rig.light_sensor = *light_sensor_;
   if (description_.camera_profile)
     rig.camera_profile = read_camera_profile(*description_.camera_profile);
   if (description_.displays) rig.panel_models = read_panel_models(*description_.displays);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -83,6 +84,13 @@ std::string hex_of(std::string_view bytes, std::size_t longest) {
   for (std::size_t i = 0; i < std::min(bytes.size(), longest); ++i)
     out += fmt::format("{}{:02x}", i ? " " : "", static_cast<unsigned char>(bytes[i]));
   return bytes.size() > longest ? out + " ..." : out;
+}
+
+std::string printable(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(), [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return out;
 }
 
 }  // namespace wheatstone

@@ -45,5 +45,7 @@ std::vector<TranscriptEntry> read_transcript(const std::filesystem::path&);
 
 /// "41 0d" for messages that people read; at most `longest` bytes, then "...".
 std::string hex_of(std::string_view bytes, std::size_t longest = 32);
+/// What devices say, fit for a terminal: other than printable ASCII becomes '?'.
+std::string printable(std::string_view text);
 
 }  // namespace wheatstone
