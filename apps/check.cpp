@@ -10,8 +10,10 @@
 
 namespace wheatstone::apps {
 
-std::array<EyeCheck, 2> check_at_eye(const Dataset& dataset, SimulatedRig& twin) {
-  const Rig rig = twin.rig();
+std::array<EyeCheck, 2> check_at_eye(const Dataset& dataset, SimulatedRig& twin,
+                                     std::optional<Luminance> limit) {
+  Rig rig = twin.rig();
+  rig.luminance_limit = limit;
   rig.markers->all_off();
   rig.leds->set_all(1, rig.clock.in(5.0_s));
   present(dataset, rig);

@@ -2,6 +2,7 @@
 // The check at the eye: what the driven displays send to an eye against what the box would send.
 
 #include <array>
+#include <optional>
 
 #include "core/dataset.h"
 #include "sim/simulated_rig.h"
@@ -18,6 +19,7 @@ struct EyeCheck {
 
 /// Presents the dataset's eight drive frames on the twin and photographs displays and real box
 /// from both eyes; writes eye/<eye>_{displays,box}.exr. Order: left, right.
-std::array<EyeCheck, 2> check_at_eye(const Dataset&, SimulatedRig&);
+std::array<EyeCheck, 2> check_at_eye(const Dataset&, SimulatedRig&,
+                                     std::optional<Luminance> limit = {});
 
 }  // namespace wheatstone::apps

@@ -1,5 +1,8 @@
 // The stations between a light field and the panels.
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -204,15 +207,51 @@ PresentReport split_to_drive_frames(const Dataset& dataset) {
   return report;
 }
 
-void present(const Dataset& dataset, const Rig& rig) {
-  const Nanoseconds at = rig.clock.now_ns();
-  for (DisplayId id : kDisplays)
-    for (const bool projector : {false, true}) {
-      const std::string file =
-          "drive/" + to_string(id) + (projector ? "_projector.png" : "_lcd.png");
-      rig.panel(id, projector ? PanelOutput::Modulator::kProjector : PanelOutput::Modulator::kLcd)
-          .show(read_drive_png(dataset.file(file)), at);
+namespace {
+
+struct PanelFrames {
+  DriveImage lcd, projector;
+};
+
+/// Both displays of an eye add up; their brightest points may lie on one line of sight.
+void require_below_limit(const Rig& rig, const std::array<PanelFrames, 4>& frames) {
+  if (!rig.luminance_limit) return;
+  for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
+    double most_cd_m2 = 0;
+    for (const Plane plane : {Plane::kNear, Plane::kFar}) {
+      const auto i = static_cast<std::size_t>(index_of({eye, plane}));
+      double brightest = 0;
+      cv::minMaxLoc(
+          luminance_cd_m2(simulate_light(rig.panel_models[i], frames[i].projector, frames[i].lcd))
+              .pixels,
+          nullptr, &brightest);
+      most_cd_m2 += brightest;
     }
+    if (most_cd_m2 > rig.luminance_limit->value())
+      throw DeviceError(
+          DeviceError::Kind::kOutOfRange,
+          fmt::format("the frames would show the {} eye up to {:.4g} cd/m^2, more than the {:.4g} "
+                      "that are allowed",
+                      to_string(eye), most_cd_m2, rig.luminance_limit->value()),
+          "darken the stimulus; nothing was shown");
+  }
+}
+
+}  // namespace
+
+void present(const Dataset& dataset, const Rig& rig) {
+  std::array<PanelFrames, 4> frames;
+  for (DisplayId id : kDisplays)
+    frames[static_cast<std::size_t>(index_of(id))] = {
+        read_drive_png(dataset.file("drive/" + to_string(id) + "_lcd.png")),
+        read_drive_png(dataset.file("drive/" + to_string(id) + "_projector.png"))};
+  require_below_limit(rig, frames);
+  const Nanoseconds at = rig.clock.now_ns();
+  for (DisplayId id : kDisplays) {
+    const PanelFrames& f = frames[static_cast<std::size_t>(index_of(id))];
+    rig.panel(id, PanelOutput::Modulator::kLcd).show(f.lcd, at);
+    rig.panel(id, PanelOutput::Modulator::kProjector).show(f.projector, at);
+  }
 }
 
 LeftOutReport render_left_out(const Dataset& dataset, const std::string& name,

@@ -54,6 +54,7 @@ Rig RigSource::rig() {
   if (open_) return open_->rig();
   Rig rig = twin_->rig();
   if (description_.file.empty()) return rig;
+  rig.luminance_limit = description_.luminance_limit;
   keep_if(description_.stage.has_value(), rig.stage, "camera rail");
   keep_if(description_.platform.has_value(), rig.platform, "turning platform");
   keep_if(description_.markers.has_value(), rig.markers, "marker lights");

@@ -75,7 +75,8 @@ struct PresentReport {
   int above_peak_px = 0, below_black_px = 0;  // over all four displays
 };
 PresentReport split_to_drive_frames(const Dataset&);
-/// Shows the eight frames of the folder on the rig.
+/// Shows the eight frames of the folder on the rig, all or none: DeviceError kOutOfRange if the rig
+/// has a luminance limit and an eye could be shown more, by the panels' models.
 void present(const Dataset&, const Rig&);
 
 /// Left-out view of a light field: what DRLF makes of the others, and two plain answers.

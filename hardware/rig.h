@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,9 @@ struct Rig {
   Fitted<LightSensor> light_sensor{"light sensor"};
   Fitted<AlignmentObserver> observer{"alignment observer"};
   std::array<PanelOutput*, 8> panels{};  // at 2 * index_of(id) + (projector ? 1 : 0); null: lacking
+
+  /// What an eye may be shown at most; nothing: no limit is known.
+  std::optional<Luminance> luminance_limit;
 
   CameraProfile camera_profile;
   std::vector<PanelModel> panel_models;  // at index_of(id)

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 
 #include "apps/check.h"
 #include "apps/commands/commands.h"
@@ -18,6 +19,11 @@ void add_present(CLI::App& app) {
   command->add_option("dataset", *folder, "dataset folder, rendered")->required();
   command->add_option("--scale", *scale, "of the simulated displays, for imported input")
       ->capture_default_str();
+  auto limit = std::make_shared<std::optional<double>>();
+  command
+      ->add_option("--luminance-limit", *limit,
+                   "refuse frames that could show an eye more, in cd/m^2")
+      ->check(CLI::PositiveNumber);
   command->footer("Example:\n  wheatstone present out/card");
   command->callback([=] {
     const Dataset dataset = open_dataset(*folder);
@@ -25,12 +31,14 @@ void add_present(CLI::App& app) {
     fmt::print("eight frames in {}; {} pixels too bright, {} too dark for the displays\n",
                dataset.file("drive").string(), r.above_peak_px, r.below_black_px);
     SimulatedRig twin(twin_of(dataset, *scale));
+    Rig rig = twin.rig();
+    if (*limit) rig.luminance_limit = Luminance::of(**limit);
     if (dataset.read_manifest().kind == "capture") {
-      const auto checks = check_at_eye(dataset, twin);
+      const auto checks = check_at_eye(dataset, twin, rig.luminance_limit);
       fmt::print("PU21-PSNR at the eye: left {:.2f} dB, right {:.2f} dB\n", checks[0].pu21_psnr_db,
                  checks[1].pu21_psnr_db);
     } else {
-      present(dataset, twin.rig());
+      present(dataset, rig);
     }
   });
 }

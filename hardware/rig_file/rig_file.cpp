@@ -197,6 +197,7 @@ OpenRig::OpenRig(const RigDescription& description, Clock& clock, RigContext con
 
 Rig OpenRig::rig() {
   Rig rig(clock_);
+  rig.luminance_limit = description_.luminance_limit;
   if (stage_) rig.stage = *stage_;
   if (platform_) rig.platform = *platform_;
   if (markers_) rig.markers = *markers_;
