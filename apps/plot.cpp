@@ -207,7 +207,7 @@ std::string Plot::svg(double width_px, double height_px) const {
   return out;
 }
 
-void write_svg(const std::filesystem::path& path, const std::vector<Plot>& panels, int columns) {
+std::string svg_of(const std::vector<Plot>& panels, int columns) {
   if (panels.empty() || columns < 1)
     throw ArgumentError(fmt::format("{} panels in {} columns", panels.size(), columns),
                         "give at least one of each");
@@ -225,7 +225,11 @@ void write_svg(const std::filesystem::path& path, const std::vector<Plot>& panel
     out += fmt::format("<g transform=\"translate({} {})\">\n{}</g>\n",
                        kPanelWidth_px * (i % columns), kPanelHeight_px * (i / columns),
                        panels[static_cast<std::size_t>(i)].svg(kPanelWidth_px, kPanelHeight_px));
-  write_text_atomically(path, out + "</svg>\n");
+  return out + "</svg>\n";
+}
+
+void write_svg(const std::filesystem::path& path, const std::vector<Plot>& panels, int columns) {
+  write_text_atomically(path, svg_of(panels, columns));
 }
 
 }  // namespace wheatstone::apps

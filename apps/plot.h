@@ -48,8 +48,10 @@ class Plot {
   std::vector<Series> series_;
 };
 
-/// Writes the panels side by side, `columns` to a row. Atomic. Errors: FileError; ArgumentError for
-/// no panel or no column.
+/// The panels side by side, `columns` to a row, as an SVG picture. Errors: ArgumentError for no
+/// panel or no column.
+std::string svg_of(const std::vector<Plot>& panels, int columns = 1);
+/// The same as a file. Atomic. Errors: FileError.
 void write_svg(const std::filesystem::path&, const std::vector<Plot>& panels, int columns = 1);
 
 }  // namespace wheatstone::apps

@@ -89,6 +89,11 @@ void Report::residual_plot(const std::vector<Eigen::Vector2d>& residuals_px, dou
   body_ += "</svg><figcaption>" + escape_markup(caption) + "</figcaption></figure>\n";
 }
 
+void Report::plot(const std::string& svg, const std::string& caption) {
+  body_ += "<figure class=\"wide\">" + svg + "<figcaption>" + escape_markup(caption) +
+           "</figcaption></figure>\n";
+}
+
 void Report::write(const std::filesystem::path& path) const {
   write_text_atomically(
       path,
@@ -99,6 +104,7 @@ void Report::write(const std::filesystem::path& path) const {
       ".row{display:flex;flex-wrap:wrap;gap:12px}figure{margin:0 0 1em}img{max-width:100%;"
       "height:auto;background:#000}figcaption{font-size:13px;color:#555;max-width:400px}"
       ".row figure{flex:1 1 300px;max-width:384px}.plot{display:inline-block;margin-right:16px}"
+      ".wide figcaption{max-width:760px}"
       "</style></head><body>\n" +
           body_ + "</body></html>\n");
 }

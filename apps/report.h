@@ -28,6 +28,8 @@ class Report {
   /// Residual vectors as dots around zero; a ring of `ring_px` for scale.
   void residual_plot(const std::vector<Eigen::Vector2d>& residuals_px, double ring_px,
                      const std::string& caption);
+  /// An SVG picture, as svg_of() makes it.
+  void plot(const std::string& svg, const std::string& caption);
   void write(const std::filesystem::path&) const;
 
  private:

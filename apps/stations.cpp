@@ -160,11 +160,14 @@ void write_pose_report(const Dataset& dataset, const CameraProfile& camera,
   std::vector<double> positions_mm;
   for (std::size_t v = 0; v < frames.size(); ++v) {
     positions_mm.push_back(frames[v].reached_mm);
+    json residuals = json::array();
+    for (const Eigen::Vector2d& r : s.residuals_px[v]) residuals.push_back({r.x(), r.y()});
     views.push_back(
         {{"name", frames[v].name},
          {"centre_rsb_mm", to_json(camera_centre(s.T_camera_rsb[v]))},
          {"covariance_rad_mm", to_json(Eigen::MatrixXd(s.covariance[v]))},
          {"rms_px", s.view_rms_px[v]},
+         {"residuals_px", residuals},
          {"near_plane_sigma_px",
           plane_uncertainty_px(s.T_camera_rsb[v], s.covariance[v], camera.intrinsics,
                                camera.distortion, kNearPlaneMm, box.min_mm, box.max_mm)}});

@@ -40,6 +40,12 @@ void FaultScript::arm_at_random(double probability, std::uint64_t seed) {
   random_ = RandomStream(seed, 0);
 }
 
+void FaultScript::arm_profile(const std::string& name, std::uint64_t seed) {
+  if (name != "rare" && name != "often")
+    throw ArgumentError("there is no profile of faults " + name, "use rare or often");
+  arm_at_random(name == "rare" ? 0.002 : 0.02, seed);
+}
+
 void FaultScript::meet(const std::string& device, const Deadline& deadline) {
   if (deadline.cancel.stop_requested()) throw Cancelled("the " + device + " was asked to stop");
   if (gone_.contains(device)) fail(device, Kind::kDisconnected, deadline);

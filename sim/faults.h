@@ -24,6 +24,9 @@ class FaultScript {
   /// would: a time-out, a lost connection, nonsense, a refusal. Throws ArgumentError unless
   /// 0 <= probability <= 1.
   void arm_at_random(double probability, std::uint64_t seed);
+  /// The same by the name of a profile: "rare" (1 call in 500), "often" (1 in 50). Throws
+  /// ArgumentError for others.
+  void arm_profile(const std::string& name, std::uint64_t seed);
   /// The cable is in again; devices work as new objects would.
   void reconnect(const std::string& device) { gone_.erase(device); }
 

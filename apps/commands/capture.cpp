@@ -25,7 +25,7 @@ using nlohmann::json;
 struct CaptureOptions {
   std::string folder;
   SimulationOptions simulation;
-  std::string rig, transcript;
+  std::string rig, transcript, chaos;
   CapturePlan plan;
   double coverage = 0.95;
   bool dry_run = false, as_json = false;
@@ -132,6 +132,13 @@ void run_capture(const CaptureOptions& options) {
   RigSource source = source_of(options);
   const Rig rig = source.rig();
   const Dataset dataset(options.folder);
+  if (!options.chaos.empty()) {
+    if (!source.twin())
+      throw ArgumentError("faults on cue need a simulated rig", "leave --chaos out");
+    // Other faults in every run, so that resuming gets on.
+    source.twin()->world().faults.arm_profile(options.chaos,
+                                              static_cast<std::uint64_t>(SteadyClock().now_ns()));
+  }
   Watchdog watchdog(source.watchdog(), [&rig] {
     std::fputs("wheatstone: the capture hangs; the rig is made safe\n", stderr);
     make_safe(rig);
@@ -174,6 +181,8 @@ void add_capture(CLI::App& app) {
     command->get_option(of_the_twin)->excludes(rig);
   command->add_option("--transcript", options->transcript, "writes what goes over the wires here")
       ->needs(rig);
+  command->add_option("--chaos", options->chaos,
+                      "devices of the twin fail at random, for training: rare or often");
   command->add_option("--views", plan.views, "rail positions")->capture_default_str();
   auto* exposures = command->add_option("--exposures", plan.exposures_s, "exposure times in s")
                         ->capture_default_str();

@@ -19,6 +19,7 @@ void add_present(CLI::App&);
 void add_doctor(CLI::App&);
 void add_emulate(CLI::App&);
 void add_jog(CLI::App&);
+void add_report(CLI::App&);
 void add_convert_camera(CLI::App&);
 void add_export_poses(CLI::App&);
 void add_metric(CLI::App&);

@@ -44,7 +44,7 @@ int open_line(const std::string& what, const std::filesystem::path& path) {
     case EACCES:
     case EPERM:
       throw DeviceError(Kind::kPermission, fmt::format("{} may not be opened ({})", what, reason),
-                        "install the udev rules of wheatstone and join the group dialout");
+                        "install the udev rules (cmake --install) and join the group plugdev");
     case EBUSY:
       throw DeviceError(Kind::kBusy, fmt::format("{} is in use by another program", what),
                         "end the other program");

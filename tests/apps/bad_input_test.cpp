@@ -210,6 +210,7 @@ TEST(Help, EverySubcommandShowsAnExample) {
                                            {"present"},
                                            {"doctor"},
                                            {"jog"},
+                                           {"report"},
                                            {"emulate"},
                                            {"metric"},
                                            {"metric", "pu21"},

@@ -113,6 +113,19 @@ TEST_F(RigCommands, CaptureTakesTheRigFromItsFile) {
       {"this rig has no", "name one in the rig file"});
 }
 
+TEST_F(RigCommands, CaptureGoesOnWhereFailingDevicesEndedIt) {
+  const std::vector<std::string> capture = {"capture", path("d"), "--scale",     "0.05",
+                                            "--views", "2",       "--exposures", "0.05",
+                                            "--chaos", "often"};
+  Outcome outcome;
+  for (int i = 0; i < 50 && outcome.status != 0; ++i) {
+    outcome = run_program(capture);
+    if (outcome.status != 0) EXPECT_THAT(outcome.err, HasSubstr("the simulated "));
+  }
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  expect_refused(run_program({"capture", path("e"), "--chaos", "wild"}), {"wild", "rare or often"});
+}
+
 TEST_F(RigCommands, EmulateServesAnyClient) {
   const std::string link = path("grbl");
   std::string answer;

@@ -126,7 +126,7 @@ TEST(ExposurePlanning, TheProbeSeesTheRangeOfTheBox) {
   std::stop_source stopped;
   stopped.request_stop();
   EXPECT_THAT(error_of([&] { probe_light(rig, {3}, 0.9, stopped.get_token()); }),
-              HasSubstr("stopped"));
+              HasSubstr("resume"));
   EXPECT_TRUE(twin.world().light == BoxLight{});
 }
 

@@ -215,6 +215,22 @@ TEST_F(SessionTest, CancelledAtAnyStep) {
   }
 }
 
+TEST_F(SessionTest, FailingDevicesLoseNothing) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const TemporaryFolder folder;
+    int failures = 0;
+    for (std::string error = "none yet"; error != "no error"; ++failures) {
+      ASSERT_LT(failures, 100);
+      TroubledRig rig;
+      rig.world().faults.arm_at_random(0.08, 100 * seed + static_cast<std::uint64_t>(failures));
+      error = capture(rig, folder.path);
+      EXPECT_TRUE(rig.dark()) << error;
+    }
+    EXPECT_GT(failures, 2) << "the devices did fail";
+    EXPECT_TRUE(dataset_contents(folder.path) == whole_) << seed;
+  }
+}
+
 TEST_F(SessionTest, AFinishedSessionTakesNothingAgain) {
   TroubledRig rig, again;
   EXPECT_EQ(capture(rig, folder_.path), "no error");

@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+
+#include "apps/capture_statistics.h"
+#include "core/files.h"
+#include "core/png.h"
+#include "core/random.h"
+#include "program.h"
+
+namespace wheatstone::apps {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class CaptureReport : public TemporaryFolder {
+ protected:
+  std::string page() { return read_text(path("d/report.html"), std::size_t{64} << 20); }
+};
+
+TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
+  ASSERT_EQ(run_program({"capture", path("d"), "--scale", "0.1", "--views", "3"}).status, 0);
+  const Outcome early = run_program({"report", path("d")});
+  ASSERT_EQ(early.status, 0) << early.err;
+  EXPECT_THAT(early.out, HasSubstr("report.html"));
+  EXPECT_THAT(page(), AllOf(HasSubstr("Not merged yet"), HasSubstr("Not calibrated yet"),
+                            HasSubstr("1/240 s saturated"), HasSubstr("Nothing disturbed it"),
+                            HasSubstr("What each exposure measures")));
+
+  ASSERT_EQ(run_program({"merge", path("d")}).status, 0);
+  ASSERT_EQ(run_program({"calibrate", "poses", path("d")}).status, 0);
+  ASSERT_EQ(run_program({"report", path("d"), "--out", path("elsewhere.html")}).status, 0);
+  ASSERT_EQ(run_program({"report", path("d")}).status, 0);
+  EXPECT_THAT(page(), AllOf(Not(HasSubstr("not merged yet")), Not(HasSubstr("Not calibrated yet")),
+                            HasSubstr("3 of 3 views are merged"), HasSubstr("view_002 at 16"),
+                            HasSubstr("px RMS over all views"), HasSubstr("Straightness"),
+                            HasSubstr("in percent of its light")));
+  EXPECT_EQ(read_text(path("elsewhere.html"), std::size_t{64} << 20), page()) << "the same again";
+  EXPECT_THAT(page(), Not(HasSubstr("http-equiv")));
+}
+
+TEST_F(CaptureReport, RefusesWhatIsNoCaptureOrDamaged) {
+  expect_refused(run_program({"report", path("none")}), {"dataset.json", "capture"});
+  write_small_light_field(root_ / "field");
+  expect_refused(run_program({"report", path("field")}), {"is no capture"});
+  ASSERT_EQ(run_program({"capture", path("d"), "--scale", "0.05", "--views", "1"}).status, 0);
+  write_text_atomically(path("d/raw/view_000_exposure_1.png"), "x");
+  expect_refused(run_program({"report", path("d")}), {"view_000_exposure_1.png"});
+  EXPECT_FALSE(std::filesystem::exists(path("d/report.html")));
+  expect_nothing_half_written(root_);
+}
+
+TEST_F(CaptureReport, MeasuresNoiseAndClippingOfFramesThatAreKnown) {
+  CameraProfile camera;
+  camera.black_dn = 500;
+  camera.white_dn = 16000;
+  camera.dn_per_electron = {0.5, 0.5, 0.5};
+  camera.read_noise_e = 2;
+  camera.adc_noise = 3;
+  CapturedView view{"v", 0, 0, {{"short.png", 0.01}, {"long.png", 0.04}}, {}};
+  for (const double factor : {1.0, 1.5}) {
+    RandomStream random(1, 2);
+    for (const ExposureRecord& e : view.exposures) {
+      MosaicImage frame{cv::Mat1w(200, 300), camera.pattern};
+      for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 300; ++x) {
+          const double signal = 1000.0 * (x + 1) * e.exposure_s;  // DN
+          const double sigma = std::sqrt(signal * 0.5 + 13 * 0.25);
+          frame.dn(y, x) = static_cast<std::uint16_t>(
+              std::clamp(500 + signal + factor * sigma * random.normal(), 0.0, 16000.0));
+        }
+      frame.dn(cv::Rect(0, 0, 300, 20)) = 16000;
+      write_mosaic_png(root_ / e.file, frame);
+    }
+    const ViewStatistics s = view_statistics(Dataset(root_), view, camera);
+    ASSERT_EQ(s.frames.size(), 2U);
+    EXPECT_NEAR(s.frames[0].saturated, 0.1, 1e-9);
+    double sum = 0;
+    for (const double share : s.frames[1].histogram) sum += share;
+    EXPECT_NEAR(sum, 1, 1e-9);
+    ASSERT_GT(s.noise.size(), 5U);
+    for (const NoiseLevel& level : s.noise)
+      if (level.signal_dn > 100) {
+        EXPECT_NEAR(level.measured_over_model, factor, 0.12 * factor) << level.signal_dn;
+      }
+  }
+  EXPECT_NEAR(least_signal_dn(camera), 2 * std::sqrt(least_signal_dn(camera) * 0.5 + 13 * 0.25),
+              1e-9);
+}
+
+}  // namespace
+}  // namespace wheatstone::apps

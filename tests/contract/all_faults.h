@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tests/contract/head_tracker_faults.h"
+#include "tests/contract/light_sensor_faults.h"
+#include "tests/contract/stage_faults.h"
+#include "tests/contract/video/video_faults.h"
+
+namespace wheatstone {
+
+/// Every table of faults, by driver.
+inline std::vector<std::span<const FaultCase>> all_faults() {
+  return {kGrblFaults,
+          kArduinoGantryFaults,
+          kV4l2Faults,
+          kPhotodiodeFaults,
+          kSerialHeadTrackerFaults,
+          kUdpHeadTrackerFaults,
+          kSimulatedStageFaults,
+          kSimulatedVideoFaults,
+          kSimulatedLightSensorFaults,
+          kSimulatedHeadTrackerFaults};
+}
+
+}  // namespace wheatstone
