@@ -30,10 +30,7 @@ void PrintTo(const Maker& maker, std::ostream* out) {
 
 class VideoContract : public ::testing::TestWithParam<Maker> {
  protected:
-  static void SetUpTestSuite() {
-    World("card", 0.02, 7);  // starts the threads of its libraries
-    V4l2Backend(video_bed()).camera();
-  }
+  static void SetUpTestSuite() { warm_up_video(); }
 
   VideoCamera& camera() { return backend_->camera(); }
   Deadline soon() { return backend_->clock().in(Duration::of(5)); }

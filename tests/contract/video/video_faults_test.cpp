@@ -131,10 +131,7 @@ void expect_after(const std::string& after, VideoCamera& camera) {
 
 class FaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
-  static void SetUpTestSuite() {
-    World("card", 0.02, 7);  // starts the threads of its libraries
-    V4l2Backend(video_bed()).camera();
-  }
+  static void SetUpTestSuite() { warm_up_video(); }
   VideoResources resources_;
 };
 
