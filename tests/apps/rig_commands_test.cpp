@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/rig_source.h"
 #include "core/files.h"
 #include "hardware/transport/serial_port.h"
 #include "program.h"
@@ -35,11 +36,21 @@ class RigCommands : public TemporaryFolder {
   }
 };
 
+TEST_F(RigCommands, EveryRigFileOfTheProjectReads) {
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(WHEATSTONE_SOURCE_DIR) / "rigs")) {
+    EXPECT_NO_THROW(read_rig_file(entry.path(), all_drivers())) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 3);
+}
+
 TEST_F(RigCommands, DoctorFindsTheSimulatedRigInOrder) {
   const Outcome outcome = run_program({"doctor", "--rig", kSimulated, "--json"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(report.at("devices").size(), 5U);
+  EXPECT_EQ(report.at("devices").size(), 8U);
   for (const auto& device : report.at("devices")) EXPECT_EQ(device.at("status"), "ok");
   EXPECT_THAT(run_program({"doctor", "--rig", kSimulated}).out,
               AllOf(HasSubstr("stage"), HasSubstr("camera"), HasSubstr("OpenGL")));

@@ -109,17 +109,6 @@ TEST_F(RigFileTest, OpensAllDevicesOrNone) {
   }
 }
 
-TEST_F(RigFileTest, EveryRigFileOfTheProjectReads) {
-  int files = 0;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(WHEATSTONE_SOURCE_DIR) / "rigs")) {
-    if (entry.path().extension() != ".toml") continue;
-    EXPECT_NO_THROW(read_rig_file(entry.path(), catalogue_)) << entry.path();
-    ++files;
-  }
-  EXPECT_GE(files, 1);
-}
-
 TEST(Fitted, DeviceThatIsLackingIsNamed) {
   SimulatedClock clock;
   const Rig rig(clock);
