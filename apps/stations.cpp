@@ -237,9 +237,16 @@ PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress
   make_folder(dataset.file("views"));
   std::vector<ImportedView> cropped;
   for (std::size_t i = 0; i < posed.size(); ++i) {
+    const RgbImage photo = read_exr(posed[i].path);
     const LightFieldView view =
-        rectify_to_common_box(posed[i].name, read_exr(posed[i].path), camera.intrinsics,
-                              camera.distortion, posed[i].T_camera_world, box, size);
+        options.crop_per_view
+            ? rectify_to_own_box(posed[i].name, photo, camera.intrinsics, camera.distortion,
+                                 posed[i].T_camera_world, box)
+            : rectify_to_common_box(posed[i].name, photo, camera.intrinsics, camera.distortion,
+                                    posed[i].T_camera_world, box, size);
+    out.photographed_px += static_cast<std::int64_t>(photo.pixels.total());
+    out.common_px += std::int64_t{size.width} * size.height;
+    out.cropped_px += static_cast<std::int64_t>(view.light_cd_m2.pixels.total());
     const std::filesystem::path file = dataset.file("views/" + view.name + ".exr");
     write_exr(file, view.light_cd_m2, ExrPrecision::kHalf);
     cropped.push_back({view.name, file, view.intrinsics, {}, view.T_camera_world});

@@ -31,6 +31,7 @@ MergeReport merge(const Dataset&, const Progress&, Shard = {});
 struct PoseCalibrationOptions {
   PoseOptions solver;
   bool skip_bad_views = false;  // leave them out instead of stopping
+  bool crop_per_view = false;   // each view as small as it can be, instead of all of one size
 };
 /// A view whose markers contradict where the LEDs stand, or the other views.
 struct BadView {
@@ -41,10 +42,12 @@ struct PoseCalibration {
   std::vector<CapturedView> frames;  // the views of the solution, in its order
   std::vector<BadView> bad_views;
   std::optional<RailReport> rail;  // if the views stand at different positions
+  // Pixels of all views: as photographed, cropped to one size, and as they are now.
+  std::int64_t photographed_px = 0, common_px = 0, cropped_px = 0;
 };
 /// Marker frames to poses.json, pose_report.json and, if the views stand at different positions,
-/// rail.svg; then all views cropped to the common box: views/*.exr, views.json. Errors:
-/// ArgumentError naming all bad views, unless they are skipped.
+/// rail.svg; then all views cropped to the same rectangle of the box: views/*.exr, views.json.
+/// Errors: ArgumentError naming all bad views, unless they are skipped.
 PoseCalibration calibrate_poses(const Dataset&, const Progress&,
                                 const PoseCalibrationOptions& = {});
 

@@ -86,49 +86,18 @@ cv::Vec3f sample(const cv::Mat3f& image, const Eigen::Vector2d& p) {
   return sum;
 }
 
-}  // namespace
-
-cv::Size common_size(const Intrinsics& k, std::span<const RigidTransform> T_camera_rsb,
-                     const CommonBox& box) {
-  if (T_camera_rsb.empty())
-    throw ArgumentError("no poses to find a common size for", "solve the poses first");
-  cv::Size size;
-  for (const RigidTransform& T : T_camera_rsb) {
-    const Bounds b = projected_bounds(k, T, box);
-    size.width = std::max(size.width, needed(b.max.x() - b.min.x(), box.margin_px));
-    size.height = std::max(size.height, needed(b.max.y() - b.min.y(), box.margin_px));
-  }
-  return size;
-}
-
-LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& distorted,
-                                     const Intrinsics& k, const Distortion& d,
-                                     const RigidTransform& T_camera_rsb, const CommonBox& box,
-                                     cv::Size size) {
+void require_size(const std::string& name, const RgbImage& distorted, const Intrinsics& k) {
   if (distorted.width() != k.width_px || distorted.height() != k.height_px)
     throw ArgumentError("view " + name + " is " + std::to_string(distorted.width()) + " x " +
                             std::to_string(distorted.height()) + " px, its intrinsics belong to " +
                             std::to_string(k.width_px) + " x " + std::to_string(k.height_px),
                         "use the profile of the camera that took the view");
-  const Bounds b = projected_bounds(k, T_camera_rsb, box);
-  if (size.width < needed(b.max.x() - b.min.x(), box.margin_px) ||
-      size.height < needed(b.max.y() - b.min.y(), box.margin_px))
-    throw ArgumentError("view " + name + ": the common size is too small for its rectangle",
-                        "compute it with common_size over all views");
-  const Bounds shown = photographed(k, d);
-  const Eigen::Vector2d middle = (b.min + b.max) / 2;
-  if ((middle.array() < shown.min.array()).any() || (middle.array() > shown.max.array()).any() ||
-      size.width - 1 > shown.max.x() - shown.min.x() ||
-      size.height - 1 > shown.max.y() - shown.min.y())
-    throw ArgumentError("view " + name + ": the photo does not hold the common rectangle",
-                        "choose a smaller rectangle or camera positions nearer to the middle");
-  const double x0 =
-      std::clamp(std::round(middle.x() - (size.width - 1) / 2.0), std::ceil(shown.min.x()),
-                 std::floor(shown.max.x()) - (size.width - 1));
-  const double y0 =
-      std::clamp(std::round(middle.y() - (size.height - 1) / 2.0), std::ceil(shown.min.y()),
-                 std::floor(shown.max.y()) - (size.height - 1));
+}
 
+/// Undistorted pixels (x0, y0) to (x0, y0) + size - 1, all of them photographed.
+LightFieldView crop(const std::string& name, const RgbImage& distorted, const Intrinsics& k,
+                    const Distortion& d, const RigidTransform& T_camera_rsb, double x0, double y0,
+                    cv::Size size) {
   LightFieldView out;
   out.name = name;
   out.T_camera_world = T_camera_rsb;
@@ -152,6 +121,64 @@ LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& di
       }
   });
   return out;
+}
+
+}  // namespace
+
+cv::Size common_size(const Intrinsics& k, std::span<const RigidTransform> T_camera_rsb,
+                     const CommonBox& box) {
+  if (T_camera_rsb.empty())
+    throw ArgumentError("no poses to find a common size for", "solve the poses first");
+  cv::Size size;
+  for (const RigidTransform& T : T_camera_rsb) {
+    const Bounds b = projected_bounds(k, T, box);
+    size.width = std::max(size.width, needed(b.max.x() - b.min.x(), box.margin_px));
+    size.height = std::max(size.height, needed(b.max.y() - b.min.y(), box.margin_px));
+  }
+  return size;
+}
+
+LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& distorted,
+                                     const Intrinsics& k, const Distortion& d,
+                                     const RigidTransform& T_camera_rsb, const CommonBox& box,
+                                     cv::Size size) {
+  require_size(name, distorted, k);
+  const Bounds b = projected_bounds(k, T_camera_rsb, box);
+  if (size.width < needed(b.max.x() - b.min.x(), box.margin_px) ||
+      size.height < needed(b.max.y() - b.min.y(), box.margin_px))
+    throw ArgumentError("view " + name + ": the common size is too small for its rectangle",
+                        "compute it with common_size over all views");
+  const Bounds shown = photographed(k, d);
+  const Eigen::Vector2d middle = (b.min + b.max) / 2;
+  if ((middle.array() < shown.min.array()).any() || (middle.array() > shown.max.array()).any() ||
+      size.width - 1 > shown.max.x() - shown.min.x() ||
+      size.height - 1 > shown.max.y() - shown.min.y())
+    throw ArgumentError("view " + name + ": the photo does not hold the common rectangle",
+                        "choose a smaller rectangle or camera positions nearer to the middle");
+  const double x0 =
+      std::clamp(std::round(middle.x() - (size.width - 1) / 2.0), std::ceil(shown.min.x()),
+                 std::floor(shown.max.x()) - (size.width - 1));
+  const double y0 =
+      std::clamp(std::round(middle.y() - (size.height - 1) / 2.0), std::ceil(shown.min.y()),
+                 std::floor(shown.max.y()) - (size.height - 1));
+
+  return crop(name, distorted, k, d, T_camera_rsb, x0, y0, size);
+}
+
+LightFieldView rectify_to_own_box(const std::string& name, const RgbImage& distorted,
+                                  const Intrinsics& k, const Distortion& d,
+                                  const RigidTransform& T_camera_rsb, const CommonBox& box) {
+  require_size(name, distorted, k);
+  const Bounds b = projected_bounds(k, T_camera_rsb, box), shown = photographed(k, d);
+  const Eigen::Array2d margin = Eigen::Array2d::Constant(box.margin_px);
+  const Eigen::Array2d first = (b.min.array() - margin).floor().max(shown.min.array().ceil());
+  const Eigen::Array2d last = (b.max.array() + margin).ceil().min(shown.max.array().floor());
+  if ((last - first < 1).any())
+    throw ArgumentError("view " + name + ": the photo does not show the rectangle",
+                        "choose another rectangle or leave this camera position out");
+  return crop(
+      name, distorted, k, d, T_camera_rsb, first.x(), first.y(),
+      {static_cast<int>(last.x() - first.x()) + 1, static_cast<int>(last.y() - first.y()) + 1});
 }
 
 }  // namespace wheatstone

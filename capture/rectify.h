@@ -1,5 +1,5 @@
 #pragma once
-// Views of one size, without lens distortion, that all show the same rectangle of the box.
+// Views without lens distortion, cropped to the same rectangle of the box.
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -36,5 +36,12 @@ LightFieldView rectify_to_common_box(const std::string& name, const RgbImage& di
                                      const Intrinsics&, const Distortion&,
                                      const RigidTransform& T_camera_rsb, const CommonBox&,
                                      cv::Size size);
+
+/// The same, but the crop is as small as this one view allows: the rectangle's projection and the
+/// margin, as far as they were photographed. Errors: ArgumentError, naming the view, when the photo
+/// is not of the intrinsics' size or does not show the rectangle.
+LightFieldView rectify_to_own_box(const std::string& name, const RgbImage& distorted,
+                                  const Intrinsics&, const Distortion&,
+                                  const RigidTransform& T_camera_rsb, const CommonBox&);
 
 }  // namespace wheatstone

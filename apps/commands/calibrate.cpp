@@ -35,12 +35,28 @@ void add_calibrate(CLI::App& app) {
       ->capture_default_str();
   poses->add_flag("--skip-bad-views", pose_options->skip_bad_views,
                   "leave out views whose markers contradict the others or the LEDs' places");
+  auto crop = std::make_shared<std::string>("common");
+  poses
+      ->add_option("--crop", *crop,
+                   "common: all views of one size; per-view: each as small as it can be")
+      ->check(CLI::IsMember({"common", "per-view"}))
+      ->capture_default_str();
   poses->footer("Example:\n  wheatstone calibrate poses out/card");
   poses->callback([=] {
     pose_options->solver.straight_rail = !*no_rail;
+    pose_options->crop_per_view = *crop == "per-view";
     const PoseCalibration c = calibrate_poses(open_dataset(*folder), show_progress, *pose_options);
     fmt::print("{}\n", c.solution.report);
     for (const BadView& b : c.bad_views) fmt::print("left out {}: {}\n", b.name, b.reason);
+    constexpr double kMbPerPx = 12e-6;  // three floats
+    fmt::print("views cropped from {:.1f} to {:.1f} MB in memory, {:.0f} % of the photos",
+               kMbPerPx * static_cast<double>(c.photographed_px),
+               kMbPerPx * static_cast<double>(c.cropped_px),
+               100.0 * static_cast<double>(c.cropped_px) / static_cast<double>(c.photographed_px));
+    if (pose_options->crop_per_view)
+      fmt::print("; one size for all would take {:.1f} MB",
+                 kMbPerPx * static_cast<double>(c.common_px));
+    fmt::print("\n");
     if (c.rail)
       fmt::print(
           "rail: straight to {:.4f} mm (RMS), step error {:.4f} mm (RMS), pitch {:.3f} mm, scale "

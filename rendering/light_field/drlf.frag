@@ -5,7 +5,8 @@
 //
 // Inputs   gl_FragCoord.xy - 0.5: virtual pixel, OpenCV convention
 //          views: data images, linear light times light_scale, image row 0 first
-//          cameras: rows of H_data_virtual; (s, t) of the camera on the aperture, mm
+//          cameras: rows of H_data_virtual; (s, t) of the camera on the aperture, mm;
+//          width and height of its picture, px, in the corner of its layer
 //          cells: affine weights a.(s,t,1) of up to 3 cameras; w of `cameras` is their count
 //          aperture_rows: virtual pixel to (s h, t h, h); inverse_depth_row: > 0 in front
 // Output   rgb: linear light, cd/m^2; a: coverage 0..1
@@ -38,12 +39,13 @@ vec4 fetch(int index, vec3 pixel) {
   vec3 q = vec3(dot(c.row0.xyz, pixel), dot(c.row1.xyz, pixel), dot(c.row2.xyz, pixel));
   if (!(q.z > 0.0)) return vec4(0.0);
   vec2 p = q.xy / q.z;
-  vec2 size = vec2(textureSize(views, 0).xy);
+  vec2 size = c.st.zw;
   vec2 border = min(p, size - 1.0 - p) + 0.5;
   float seen = clamp(min(border.x, border.y) / max(feather_px, 1e-6), 0.0, 1.0);
   if (!(seen > 0.0)) return vec4(0.0);
-  return vec4(textureLod(views, vec3((p + 0.5) / size, float(index)), 0.0).rgb / light_scale,
-              seen);
+  // Up to half a pixel beyond the picture's own edge, which need not be the layer's.
+  vec2 at = (clamp(p, vec2(0.0), size - 1.0) + 0.5) / vec2(textureSize(views, 0).xy);
+  return vec4(textureLod(views, vec3(at, float(index)), 0.0).rgb / light_scale, seen);
 }
 
 float squared_distance(int index, vec2 st) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -49,12 +50,9 @@ float peak(std::span<const LightFieldView> views) {
 DrlfRenderer::DrlfRenderer(OffscreenContext& context, std::span<const LightFieldView> views)
     : context_(context), views_(views.begin(), views.end()), mesh_(views) {
   for (const LightFieldView& view : views)
-    if (view.light_cd_m2.empty() ||
-        view.light_cd_m2.pixels.size() != views[0].light_cd_m2.pixels.size())
-      throw ArgumentError(fmt::format("view '{}' has {}x{} pixels, the first view {}x{}", view.name,
-                                      view.light_cd_m2.width(), view.light_cd_m2.height(),
-                                      views[0].light_cd_m2.width(), views[0].light_cd_m2.height()),
-                          "bring all views to one size or use the CPU renderer");
+    if (view.light_cd_m2.empty())
+      throw ArgumentError(fmt::format("view '{}' has no picture", view.name),
+                          "give views of at least 1x1 pixel");
   context_.make_current();
   program_ = make_fullscreen_program("drlf", kDrlfFrag);
   vertices_ = make_vertex_array();
@@ -73,7 +71,11 @@ DrlfRenderer::~DrlfRenderer() {
 }
 
 void DrlfRenderer::upload_views(std::span<const LightFieldView> views) {
-  const int width = views[0].light_cd_m2.width(), height = views[0].light_cd_m2.height();
+  int width = 0, height = 0;  // of a layer, which holds any of the views
+  for (const LightFieldView& view : views) {
+    width = std::max(width, view.light_cd_m2.width());
+    height = std::max(height, view.light_cd_m2.height());
+  }
   const int count = static_cast<int>(views.size());
   GLint max_size = 0, max_layers = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
@@ -96,7 +98,8 @@ void DrlfRenderer::upload_views(std::span<const LightFieldView> views) {
     cv::Mat pixels = views[i].light_cd_m2.pixels;
     if (light_scale_ != 1) pixels = pixels * light_scale_;
     if (!pixels.isContinuous()) pixels = pixels.clone();
-    glTextureSubImage3D(name, 0, 0, 0, i, width, height, 1, GL_RGB, GL_FLOAT, pixels.data);
+    glTextureSubImage3D(name, 0, 0, 0, i, pixels.cols, pixels.rows, 1, GL_RGB, GL_FLOAT,
+                        pixels.data);
   }
   require_no_gl_error("uploading the light field");
 }
@@ -148,7 +151,9 @@ DrlfResult DrlfRenderer::render(const VirtualCamera& camera, const DrlfOptions& 
     for (int r = 0; r < 3; ++r)
       cameras[i].row[r] = to_float4(geometry.H_data_virtual[i].row(r).transpose());
     const Eigen::Vector2d& st = mesh_.positions_mm()[i];
-    cameras[i].st = to_float4({st.x(), st.y(), 0});
+    cameras[i].st = {static_cast<float>(st.x()), static_cast<float>(st.y()),
+                     static_cast<float>(views_[i].light_cd_m2.width()),
+                     static_cast<float>(views_[i].light_cd_m2.height())};
   }
   glNamedBufferData(cameras_.name(), static_cast<GLsizeiptr>(cameras.size() * sizeof(GpuCamera)),
                     cameras.data(), GL_STREAM_DRAW);

@@ -37,6 +37,14 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
                             HasSubstr("in percent of its light")));
   EXPECT_EQ(read_text(path("elsewhere.html"), std::size_t{64} << 20), page()) << "the same again";
   EXPECT_THAT(page(), Not(HasSubstr("http-equiv")));
+
+  // The same views cropped one by one take less memory and render as well.
+  const Outcome own = run_program({"calibrate", "poses", path("d"), "--crop", "per-view"});
+  ASSERT_EQ(own.status, 0) << own.err;
+  EXPECT_THAT(own.out, AllOf(HasSubstr("views cropped from"), HasSubstr("one size for all")));
+  ASSERT_EQ(run_program({"calibrate", "eyes", path("d")}).status, 0);
+  const Outcome rendered = run_program({"render", path("d"), "--method", "drlf"});
+  EXPECT_EQ(rendered.status, 0) << rendered.err;
 }
 
 TEST_F(CaptureReport, RefusesWhatIsNoCaptureOrDamaged) {

@@ -86,6 +86,35 @@ TEST(Rectify, EveryViewShowsTheRectangleWithItsOwnPose) {
     }
 }
 
+TEST(Rectify, AnOwnCropIsSmallerAndShowsTheSame) {
+  const CommonBox box;
+  const std::vector<RigidTransform> poses = {pose_at(101.5), pose_at(160.3), pose_at(185, 0.02)};
+  const Distortion d{-0.1, 0.05, 0.001, -0.001, 0};
+  const cv::Size size = common_size(kCamera, poses, box);
+  for (const RigidTransform& T : poses) {
+    const RgbImage taken = photo(d, T);
+    const LightFieldView common = rectify_to_common_box("v", taken, kCamera, d, T, box, size);
+    const LightFieldView own = rectify_to_own_box("v", taken, kCamera, d, T, box);
+    ASSERT_LE(own.light_cd_m2.width(), size.width);
+    ASSERT_LE(own.light_cd_m2.height(), size.height);
+    EXPECT_EQ(own.intrinsics.width_px, own.light_cd_m2.width());
+    EXPECT_EQ(own.intrinsics.fx_px, kCamera.fx_px);
+    const auto dx = static_cast<int>(std::lround(common.intrinsics.cx_px - own.intrinsics.cx_px));
+    const auto dy = static_cast<int>(std::lround(common.intrinsics.cy_px - own.intrinsics.cy_px));
+    int compared = 0;
+    for (int r = 0; r < own.light_cd_m2.height(); ++r)
+      for (int c = 0; c < own.light_cd_m2.width(); ++c) {
+        if (r + dy < 0 || c + dx < 0 || r + dy >= size.height || c + dx >= size.width) continue;
+        ++compared;
+        ASSERT_EQ(own.light_cd_m2.pixels(r, c), common.light_cd_m2.pixels(r + dy, c + dx));
+      }
+    EXPECT_GT(compared,
+              static_cast<int>(0.8 * static_cast<double>(own.light_cd_m2.pixels.total())));
+  }
+  EXPECT_THROW(rectify_to_own_box("v", photo({}, pose_at(-900)), kCamera, {}, pose_at(-900), box),
+               ArgumentError);
+}
+
 TEST(Rectify, ACropNeverLeavesThePhoto) {
   const CommonBox box;
   const Distortion d{-0.1, 0.05, 0.001, -0.001, 0};

@@ -74,9 +74,9 @@ TEST_F(Gl, FragCoordMinusAHalfIsTheOpenCvPixel) {
     for (int i = 0; i < 5; ++i) EXPECT_EQ(out(j, i), cv::Vec4f(float(i), float(j), 0, 1));
 }
 
-TEST_F(Gl, ViewsOfAnotherSizeAreNamed) {
+TEST_F(Gl, ViewsWithoutAPictureAreNamed) {
   auto views = painted_grid(3, 1, 20);
-  views[2].light_cd_m2 = RgbImage(10, 10);
+  views[2].light_cd_m2 = RgbImage();
   try {
     DrlfRenderer renderer(*context_, views);
     FAIL() << "accepted";
@@ -85,16 +85,32 @@ TEST_F(Gl, ViewsOfAnotherSizeAreNamed) {
   }
 }
 
+/// Each view cropped by another amount, with its own principal point.
+void crop_unequally(std::vector<LightFieldView>& views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    LightFieldView& view = views[i];
+    const int n = static_cast<int>(i % 4);
+    const cv::Rect kept(3 * n, 5 * (3 - n), 160 - 11 * n, 120 - 17 * (3 - n));
+    view.light_cd_m2 = RgbImage(view.light_cd_m2.pixels(kept).clone());
+    view.intrinsics.cx_px -= kept.x;
+    view.intrinsics.cy_px -= kept.y;
+    view.intrinsics.width_px = kept.width;
+    view.intrinsics.height_px = kept.height;
+  }
+}
+
 TEST_F(Gl, DrlfAgreesWithItsCpuTwin) {
   // Random pictures that differ between cameras: a wrong camera or row would show at once.
   RandomStream random(3, 0);
-  for (auto views : {painted_grid(5, 1, 20), painted_grid(4, 3, 20)}) {
+  int run = 0;
+  for (auto views : {painted_grid(5, 1, 20), painted_grid(4, 3, 20), painted_grid(4, 3, 20)}) {
     for (auto& view : views) {
       cv::Mat3f coarse(6, 8);
       for (auto& p : coarse)
         for (int k = 0; k < 3; ++k) p[k] = static_cast<float>(1000 * random.uniform());
       cv::resize(coarse, view.light_cd_m2.pixels, {160, 120}, 0, 0, cv::INTER_LINEAR);
     }
+    if (run++ == 2) crop_unequally(views);
     DrlfRenderer renderer(*context_, views);
     for (const auto aperture : {DrlfOptions::Aperture::kNearest, DrlfOptions::Aperture::kLinear,
                                 DrlfOptions::Aperture::kGaussian})
