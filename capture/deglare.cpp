@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/toml_file.h"
 
 namespace wheatstone {
 namespace {
@@ -57,6 +58,23 @@ LinearMosaic remove_glare(const LinearMosaic& mosaic, const GlareMtf& mtf) {
           out.values(2 * r + first_row, 2 * c + first_column) = static_cast<float>(plane(r, c));
     }
   return out;
+}
+
+GlareMtf read_glare_mtf(const std::filesystem::path& file) {
+  constexpr const char* kSchema = "wheatstone-glare/1";
+  constexpr double kLargest = 1e6;
+  const TomlTable t = TomlTable::read(file, "docs/hdr_merge.md");
+  if (t.text("schema") != kSchema) t.fail("schema", std::string("is not \"") + kSchema + "\"");
+  t.text("lens");
+  GlareMtf mtf;
+  mtf.a1 = t.number("a1", -kLargest, kLargest);
+  mtf.b1 = t.number("b1", -kLargest, kLargest);
+  mtf.c1 = t.number("c1", 1e-6, kLargest);
+  mtf.a2 = t.number("a2", -kLargest, kLargest);
+  mtf.b2 = t.number("b2", -kLargest, kLargest);
+  mtf.c2 = t.number("c2", 1e-6, kLargest);
+  t.finish();
+  return mtf;
 }
 
 }  // namespace wheatstone

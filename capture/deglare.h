@@ -1,6 +1,8 @@
 #pragma once
 // Veiling glare of the lens, taken out by inverting its modulation transfer function.
 
+#include <filesystem>
+
 #include "core/image.h"
 
 namespace wheatstone {
@@ -10,6 +12,10 @@ namespace wheatstone {
 struct GlareMtf {
   double a1 = 1, b1 = 0, c1 = 1, a2 = 0, b2 = 0, c2 = 1;
 };
+
+/// A TOML file (docs/hdr_merge.md): schema "wheatstone-glare/1", lens, and the six numbers by name.
+/// Errors: FileError naming line and key.
+GlareMtf read_glare_mtf(const std::filesystem::path&);
 
 /// Divides the spectrum of each of the four colour planes by the MTF and takes the modulus of what
 /// comes back. Same unit; never negative. Strong glare corrections amplify noise. Any size of at

@@ -4,10 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
 #include "apps/stations.h"
+#include "capture/deglare.h"
 #include "capture/exposure_stack.h"
 #include "capture/merged_exr.h"
 #include "core/error.h"
@@ -15,13 +17,26 @@
 namespace wheatstone::apps {
 namespace {
 
-void merge_frames(const std::string& frames_json, bool demosaic, const std::string& out) {
+void merge_frames(const std::string& frames_json, const std::string& glare, bool demosaic,
+                  const std::string& out) {
+  const std::optional<GlareMtf> mtf =
+      glare.empty() ? std::nullopt : std::optional(read_glare_mtf(glare));
   const ExposureStack stack = read_exposure_stack(frames_json);
   MergedMosaic merged;
   try {
     merged = merge_exposures(stack.exposures, stack.merging);
   } catch (const ArgumentError& e) {
     throw FileError(frames_json, e.what(), "");
+  }
+  if (mtf) {
+    try {
+      merged.mosaic = remove_glare(merged.mosaic, *mtf);
+    } catch (const ArgumentError& e) {
+      throw FileError(glare, e.what(), "");
+    }
+    fmt::print(stderr,
+               "glare of the lens taken out; sigma.Y is that of the light before, and shadows are "
+               "noisier now\n");
   }
   if (demosaic)
     write_merged_camera_exr(out, merged);
@@ -48,7 +63,7 @@ void add_merge(CLI::App& app) {
   auto* command = app.add_subcommand(
       "merge", "Merge raw exposures to HDR: a dataset's views in cd/m2, or one stack in DN/s");
   struct Options {
-    std::string dataset, frames, out, shard = "1/1";
+    std::string dataset, frames, glare, out, shard = "1/1";
     bool no_demosaic = false;
   };
   auto o = std::make_shared<Options>();
@@ -60,6 +75,8 @@ void add_merge(CLI::App& app) {
   auto* shard =
       command->add_option("--shard", o->shard, "i/N: only every Nth view, from the ith on")
           ->needs(dataset);
+  command->add_option("--glare-mtf", o->glare, "take the lens's glare out (docs/hdr_merge.md)")
+      ->needs(frames);
   dataset->excludes(frames)->excludes(out);
   frames->needs(out);
   out->needs(frames);
@@ -70,7 +87,7 @@ void add_merge(CLI::App& app) {
       "  wheatstone merge --frames frames.json --out merged.exr");
   command->callback([=] {
     if (!o->frames.empty())
-      merge_frames(o->frames, !o->no_demosaic, o->out);
+      merge_frames(o->frames, o->glare, !o->no_demosaic, o->out);
     else if (!o->dataset.empty())
       merge_dataset(o->dataset, o->shard);
     else

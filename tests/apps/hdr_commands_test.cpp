@@ -94,6 +94,36 @@ TEST_F(HdrCommands, MergeWritesTheMosaicWithItsLayers) {
   }
 }
 
+TEST_F(HdrCommands, GlareIsTakenOutOnDemand) {
+  const json file = vectors("merge_stacks.json");
+  write_stack(file["cases"][0], "poisson");
+  const auto glare = [&](const std::string& body) {
+    std::ofstream(path("glare.toml")) << "schema = \"wheatstone-glare/1\"\nlens = \"none\"\n"
+                                      << body;
+    return merge({"--no-demosaic", "--glare-mtf", path("glare.toml")});
+  };
+  ASSERT_EQ(merge({"--no-demosaic"}).status, 0);
+  const cv::Mat1f plain = read_exr_views(path("o.exr"))[0].channels.at("Y").pixels.clone();
+
+  // An MTF of 1 everywhere changes nothing but the sign of what is below 0; one of a half doubles.
+  for (const auto& [a1, factor] : {std::pair("1", 1.0), std::pair("0.5", 2.0)}) {
+    const Outcome outcome =
+        glare(std::string("a1 = ") + a1 + "\nb1 = 0\nc1 = 1e6\na2 = 0\nb2 = 0\nc2 = 1\n");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, testing::HasSubstr("glare of the lens taken out"));
+    const cv::Mat1f clear = read_exr_views(path("o.exr"))[0].channels.at("Y").pixels;
+    for (int r = 0; r < plain.rows; ++r)
+      for (int c = 0; c < plain.cols; ++c)
+        EXPECT_NEAR(clear(r, c), std::abs(factor * plain(r, c)),
+                    1e-4 * std::max(1.0, std::abs(factor * plain(r, c))));
+  }
+  fs::remove(path("o.exr"));
+  expect_refused(glare("a1 = 1\n"), {"glare.toml", "\"b1\" is missing"});
+  expect_refused(glare("a1 = -1\nb1 = 0\nc1 = 1\na2 = 0\nb2 = 0\nc2 = 1\n"), {"glare.toml"});
+  expect_refused(glare("a1 = 1\nb1 = 0\nc1 = 0\na2 = 0\nb2 = 0\nc2 = 1\n"), {"\"c1\""});
+  EXPECT_FALSE(fs::exists(path("o.exr")));
+}
+
 TEST_F(HdrCommands, MergedColoursAreTheDemosaicedMosaic) {
   const json file = vectors("merge_stacks.json");
   json document = write_stack(file["cases"][1], "poisson");
