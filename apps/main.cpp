@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     for (const auto add :
          {add_demo, add_capture, add_merge, add_demosaic, add_estimate_exposures, add_measure_noise,
           add_calibrate, add_convert_camera, add_import, add_export_poses, add_render, add_present,
-          add_report, add_metric, add_quality, add_doctor, add_jog, add_emulate})
+          add_report, add_metric, add_quality, add_doctor, add_jog, add_leds, add_emulate})
       add(app);
     app.parse(argc, argv);
     return 0;

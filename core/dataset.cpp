@@ -105,11 +105,15 @@ CameraProfile read_camera_profile(const path& f) {
 }
 
 void Dataset::write_camera(const CameraProfile& c) const {
+  write_camera_profile(file("camera.json"), c);
+}
+
+void write_camera_profile(const path& f, const CameraProfile& c) {
   const Distortion& d = c.distortion;
   if (!d.has_five_coefficients())
     throw ArgumentError("camera.json holds k1, k2, p1, p2, k3 alone, and this lens has more",
                         "calibrate the capture camera with --distortion radtan5");
-  write_json(file("camera.json"), "wheatstone-camera/1",
+  write_json(f, "wheatstone-camera/1",
              {{"serial", c.serial},
               {"intrinsics", to_json(c.intrinsics)},
               {"distortion_k1_k2_p1_p2_k3", {d.k1, d.k2, d.p1, d.p2, d.k3}},

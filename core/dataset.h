@@ -36,6 +36,7 @@ struct CapturedView {
 
 /// camera.json and displays.json (in the order of kDisplays), wherever they stand.
 CameraProfile read_camera_profile(const std::filesystem::path&);
+void write_camera_profile(const std::filesystem::path&, const CameraProfile&);
 std::vector<PanelModel> read_panel_models(const std::filesystem::path&);
 
 /// A dataset folder by its root path; knows names, holds no data.

@@ -12,7 +12,7 @@
 namespace wheatstone::apps {
 
 void add_calibrate(CLI::App& app) {
-  auto* calibrate = app.add_subcommand("calibrate", "Cameras, camera poses, eyes");
+  auto* calibrate = app.add_subcommand("calibrate", "Cameras, their colours and poses, the LED ceiling, eyes");
   calibrate->require_subcommand(1);
   calibrate->footer("Example:\n  wheatstone calibrate poses out/card");
   auto folder = std::make_shared<std::string>();
@@ -20,6 +20,8 @@ void add_calibrate(CLI::App& app) {
 
   add_calibrate_camera(*calibrate);
   add_calibrate_stereo(*calibrate);
+  add_calibrate_colour(*calibrate);
+  add_calibrate_leds(*calibrate);
 
   auto* poses = calibrate->add_subcommand(
       "poses", "Camera poses from the marker LEDs; crops the views to the common box");

@@ -19,6 +19,7 @@ void add_present(CLI::App&);
 void add_doctor(CLI::App&);
 void add_emulate(CLI::App&);
 void add_jog(CLI::App&);
+void add_leds(CLI::App&);
 void add_report(CLI::App&);
 void add_convert_camera(CLI::App&);
 void add_export_poses(CLI::App&);
@@ -28,5 +29,7 @@ void add_quality(CLI::App&);
 /// Below `wheatstone calibrate`.
 void add_calibrate_camera(CLI::App& calibrate);
 void add_calibrate_stereo(CLI::App& calibrate);
+void add_calibrate_colour(CLI::App& calibrate);
+void add_calibrate_leds(CLI::App& calibrate);
 
 }  // namespace wheatstone::apps

@@ -131,7 +131,9 @@ TEST_F(RigCommands, CaptureGoesOnWhereFailingDevicesEndedIt) {
   Outcome outcome;
   for (int i = 0; i < 50 && outcome.status != 0; ++i) {
     outcome = run_program(capture);
-    if (outcome.status != 0) EXPECT_THAT(outcome.err, HasSubstr("the simulated "));
+    if (outcome.status != 0) {
+      EXPECT_THAT(outcome.err, HasSubstr("the simulated "));
+    }
   }
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   expect_refused(run_program({"capture", path("e"), "--chaos", "wild"}), {"wild", "rare or often"});
