@@ -70,6 +70,8 @@ function(wheatstone_add_test name)
   target_compile_definitions(${name} PRIVATE
     WHEATSTONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     WHEATSTONE_DEFAULT_SHARED="${PROJECT_SOURCE_DIR}/../shared")
+  # gtest_discover_tests keeps one label only; `ctest -L` looks for a part of it.
+  list(JOIN arg_LABELS "-" label)
   gtest_discover_tests(${name}
-    PROPERTIES TIMEOUT 300 LABELS "${arg_LABELS}" DISCOVERY_TIMEOUT 120)
+    PROPERTIES TIMEOUT 300 LABELS "${label}" DISCOVERY_TIMEOUT 120)
 endfunction()

@@ -49,7 +49,10 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
 
 TEST_F(CaptureReport, RefusesWhatIsNoCaptureOrDamaged) {
   expect_refused(run_program({"report", path("none")}), {"dataset.json", "capture"});
-  write_small_light_field(root_ / "field");
+  const Dataset field = write_small_light_field(root_ / "field");
+  DatasetManifest manifest = field.read_manifest();
+  manifest.kind = "light-field";
+  field.write_manifest(manifest);
   expect_refused(run_program({"report", path("field")}), {"is no capture"});
   ASSERT_EQ(run_program({"capture", path("d"), "--scale", "0.05", "--views", "1"}).status, 0);
   write_text_atomically(path("d/raw/view_000_exposure_1.png"), "x");

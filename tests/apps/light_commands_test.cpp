@@ -88,7 +88,7 @@ TEST_F(ColourCommand, RefusesWhatCannotBe) {
   write("chart.csv", table_ + "odd,1.5,2,8,30,1,1,1\n");
   expect_refused(run(), {"x_px"});
   write("chart.csv", table_.substr(0, table_.find("p2")));
-  expect_refused(run(), {"three patches"});
+  expect_refused(run(), {"at least three"});
   write("chart.csv", "patch,x_px\na,1\n");
   expect_refused(run(), {"chart.csv", "y_px"});
   EXPECT_FALSE(std::filesystem::exists(path("out.json")));
@@ -103,7 +103,7 @@ class LedCommands : public LightCommands {
     const double strength = 300 + led;
     t.xyz_cd_m2 << 0.45, 0.30, 0.17, 0.24, 0.68, 0.07, 0.01, 0.08, 0.95;
     t.xyz_cd_m2 *= strength;
-    for (auto& r : t.responses) r = {1, 0.02, 1.8 + 0.001 * led, 0};
+    for (auto& r : t.responses) r = {1, -0.02, 1.8 + 0.001 * led, 0};
     return t;
   }
   std::string readings() {
@@ -171,7 +171,7 @@ TEST_F(LedCommands, RefusesReadingsThatDoNotSuffice) {
   refused(good + "16,0,R,1,1,1,1\n", {"row", "below 16"});
   refused(good + "0,0,W,1,1,1,1\n", {"no emitter W"});
   refused(good.substr(0, good.find("15,15,")), {"row 15, column 15", "lacks"});
-  refused("row,column\n0,0\n", {"ceiling.csv", "X_cd_m2"});
+  refused("row,column\n0,0\n", {"ceiling.csv", "_cd_m2"});
   write("leds.json", "{}");
   expect_refused(run_program({"leds", "--calibration", path("leds.json"), "--luminance", "1",
                               "--xy", "0.3", "0.3", "--out", path("d.csv")}),
