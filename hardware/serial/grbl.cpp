@@ -13,7 +13,7 @@ using Type = GrblMessage::Type;
 
 constexpr std::size_t kLongestReply = 256;
 constexpr Nanoseconds kStopCheckNs = 20'000'000;
-constexpr Nanoseconds kBannerNs = 500'000'000, kStandNs = 2'000'000'000;
+constexpr Nanoseconds kNoiseNs = 40'000'000, kBannerNs = 500'000'000, kStandNs = 2'000'000'000;
 
 Deadline sooner(const Deadline& deadline, Nanoseconds from_now) {
   return {std::min(deadline.at_ns, SteadyClock().now_ns() + from_now), deadline.cancel};
@@ -61,7 +61,10 @@ void GrblController::reset(const Deadline& deadline) {
         if (message.type == Type::kOk && !version_.empty()) break;
       }
     } catch (const DeviceError& e) {
-      if (e.kind() != Kind::kProtocol) throw;  // noise of a board that is booting
+      if (e.kind() != Kind::kProtocol) throw;
+      // Noise of a board that is booting: let some of it pass.
+      SteadyClock clock;
+      clock.wait_until(std::min(deadline.at_ns, clock.now_ns() + kNoiseNs));
     }
     if (version_.starts_with("1.1")) return;
     if (!version_.empty())
