@@ -221,10 +221,11 @@ void clipping(Report& page, const CameraProfile& camera, const std::vector<ViewS
   page.table(header, rows);
   const ViewStatistics& middle = views[views.size() / 2];
   const double full = camera.white_dn - camera.black_dn;
-  Plot plot(
-      "Raw codes of " + middle.name,
-      {"code above black (DN)", false, {{0, full}}, {0, full / 4, full / 2, 0.75 * full, full}},
-      {"photosites (%)", true, {{1e-3, 100}}, decades(1e-3, 100)});
+  const double tick = std::max(1.0, std::pow(2.0, std::floor(std::log2(full / 3))));
+  std::vector<double> ticks;
+  for (double t = 0; t <= full; t += tick) ticks.push_back(t);
+  Plot plot("Raw codes of " + middle.name, {"code above black (DN)", false, {{0, full}}, ticks},
+            {"photosites (%)", true, {{1e-3, 100}}, decades(1e-3, 100)});
   for (std::size_t i = 0; i < middle.frames.size(); ++i) {
     std::vector<double> x, y;
     for (std::size_t bin = 0; bin < middle.frames[i].histogram.size(); ++bin) {
