@@ -2,6 +2,8 @@
 // The stations of the light's way, each from dataset folder to dataset folder.
 
 #include <functional>
+#include <map>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,9 +26,17 @@ struct MergeReport {
   double signal_to_noise = 0, coverage = 0;  // planned for; 0 if the exposures were given by hand
   double least_share = 1;
 };
+/// Where each view shows the monitor patch, px of its raw frames; empty: the lamps are taken as
+/// steady.
+using MonitorPatches = std::map<std::string, cv::Rect>;
+/// CSV with the columns view, x_px, y_px, width_px, height_px. Errors: FileError, ArgumentError.
+MonitorPatches read_monitor_patches(const std::filesystem::path&);
+
 /// raw/*.png to hdr/<view>.exr, cd/m^2: the shard's views, of which those that are already there
-/// are kept. Errors: FileError naming the view's frames.
-MergeReport merge(const Dataset&, const Progress&, Shard = {});
+/// are kept. With monitor patches every view is brought to the lamps of the first one, and by how
+/// much stands in hdr/<view>_lamp.json. Errors: FileError naming the view's frames, or a view that
+/// was merged with the other choice; ArgumentError for a view without a patch or with a bad one.
+MergeReport merge(const Dataset&, const Progress&, Shard = {}, const MonitorPatches& = {});
 
 struct PoseCalibrationOptions {
   PoseOptions solver;

@@ -47,8 +47,12 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
                frames_json, out);
 }
 
-void merge_dataset(const std::string& folder, const std::string& shard) {
-  const MergeReport r = merge(open_dataset(folder), show_progress, shard_from_string(shard));
+void merge_dataset(const std::string& folder, const std::string& shard,
+                   const std::string& monitor_patches) {
+  const MonitorPatches patches =
+      monitor_patches.empty() ? MonitorPatches{} : read_monitor_patches(monitor_patches);
+  const MergeReport r =
+      merge(open_dataset(folder), show_progress, shard_from_string(shard), patches);
   if (r.merged > 0 && r.signal_to_noise > 0)
     fmt::print(
         "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "
@@ -63,7 +67,7 @@ void add_merge(CLI::App& app) {
   auto* command = app.add_subcommand(
       "merge", "Merge raw exposures to HDR: a dataset's views in cd/m2, or one stack in DN/s");
   struct Options {
-    std::string dataset, frames, glare, out, shard = "1/1";
+    std::string dataset, frames, glare, monitor_patches, out, shard = "1/1";
     bool no_demosaic = false;
   };
   auto o = std::make_shared<Options>();
@@ -75,6 +79,11 @@ void add_merge(CLI::App& app) {
   auto* shard =
       command->add_option("--shard", o->shard, "i/N: only every Nth view, from the ith on")
           ->needs(dataset);
+  command
+      ->add_option("--monitor-patch", o->monitor_patches,
+                   "CSV: where each view shows the patch that tells the lamps' drift "
+                   "(docs/hdr_merge.md)")
+      ->needs(dataset);
   command->add_option("--glare-mtf", o->glare, "take the lens's glare out (docs/hdr_merge.md)")
       ->needs(frames);
   dataset->excludes(frames)->excludes(out);
@@ -89,7 +98,7 @@ void add_merge(CLI::App& app) {
     if (!o->frames.empty())
       merge_frames(o->frames, o->glare, !o->no_demosaic, o->out);
     else if (!o->dataset.empty())
-      merge_dataset(o->dataset, o->shard);
+      merge_dataset(o->dataset, o->shard, o->monitor_patches);
     else
       throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
   });

@@ -1,13 +1,17 @@
 // `merge` as a cluster drives it: in shards, killed, and run again.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <map>
 
 #include "apps/stations.h"
 #include "capture/session.h"
+#include "core/exr.h"
 #include "core/files.h"
+#include "core/json.h"
+#include "core/png.h"
 #include "program.h"
 #include "sim/simulated_rig.h"
 
@@ -48,6 +52,64 @@ class MergeShard : public TemporaryFolder {
     return out;
   }
 };
+
+TEST_F(MergeShard, LampsThatDriftAreBroughtBack) {
+  capture("steady");
+  // A piece of the back wall above the card, as each view shows it.
+  std::string csv = "view,x_px,y_px,width_px,height_px\n";
+  const Dataset steady(root_ / "steady");
+  const CameraProfile camera = steady.read_camera();
+  for (const CapturedView& view : steady.read_frames())
+    csv += view.name + "," + std::to_string(camera.intrinsics.width_px / 2 - 20) + ",6,40,16\n";
+  write_text_atomically(root_ / "patches.csv", csv);
+
+  // In the third view the lamps are a tenth darker.
+  copy("steady", "drifting");
+  const CapturedView dim = steady.read_frames()[2];
+  for (const ExposureRecord& e : dim.exposures) {
+    MosaicImage frame = read_mosaic_png(root_ / "drifting" / e.file, camera.pattern);
+    for (std::uint16_t& dn : frame.dn)
+      if (dn < camera.white_dn)
+        dn = static_cast<std::uint16_t>(
+            std::lround(camera.black_dn + 0.9 * (static_cast<double>(dn) - camera.black_dn)));
+    write_mosaic_png(root_ / "drifting" / e.file, frame);
+  }
+  const std::vector<std::string> patches = {"--monitor-patch", path("patches.csv")};
+  copy("drifting", "uncorrected");
+  copy("drifting", "sharded");
+  ASSERT_EQ(run("steady", patches), 0);
+  ASSERT_EQ(run("drifting", patches), 0);
+  const auto mean = [&](const std::string& dataset, const std::string& view) {
+    const cv::Scalar m = cv::mean(read_exr(root_ / dataset / "hdr" / (view + ".exr")).pixels);
+    return m[0] + m[1] + m[2];
+  };
+  EXPECT_NEAR(mean("drifting", dim.name) / mean("steady", dim.name), 1, 0.005);
+  EXPECT_NEAR(
+      read_json(root_ / "drifting/hdr" / (dim.name + "_lamp.json"))["factor"].get<double>() /
+          read_json(root_ / "steady/hdr" / (dim.name + "_lamp.json"))["factor"].get<double>(),
+      1 / 0.9, 0.005);
+  EXPECT_EQ(read_json(root_ / "drifting/hdr/view_000_lamp.json")["factor"], 1.0);
+
+  for (const char* shard : {"3/3", "2/3", "1/3"}) {
+    std::vector<std::string> more = patches;
+    more.insert(more.end(), {"--shard", shard});
+    ASSERT_EQ(run("sharded", more), 0);
+  }
+  EXPECT_TRUE(views("sharded") == views("drifting"));
+
+  // One folder, one choice.
+  ASSERT_EQ(run("uncorrected"), 0);
+  expect_refused(run_program({"merge", path("uncorrected"), patches[0], patches[1]}),
+                 {"without the lamps' drift", "remove the folder hdr"});
+  expect_refused(run_program({"merge", path("drifting")}), {"with the lamps' drift"});
+  fs::remove_all(root_ / "drifting/hdr");
+  write_text_atomically(root_ / "patches.csv", csv.substr(0, csv.find("view_003")));
+  expect_refused(run_program({"merge", path("drifting"), patches[0], patches[1]}),
+                 {"no monitor patch for view_003"});
+  write_text_atomically(root_ / "patches.csv", csv + "view_000,1,1,4,4\n");
+  expect_refused(run_program({"merge", path("drifting"), patches[0], patches[1]}),
+                 {"patches.csv:7", "second patch for view_000"});
+}
 
 TEST_F(MergeShard, SerialShardedAndKilledRunsGiveTheSameBytes) {
   capture("serial");
