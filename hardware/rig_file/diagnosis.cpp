@@ -11,7 +11,7 @@ constexpr Duration kOpenLimit = Duration::of(5);
 
 std::vector<DeviceDiagnosis> diagnose(const RigDescription& rig) {
   std::vector<DeviceDiagnosis> out;
-  const auto look_at = [&](const char* role, const auto& plan) {
+  rig.for_each_kind([&](const char* role, const auto& plan) {
     if (!plan) return;
     DeviceDiagnosis d{role, plan->driver, plan->address, "ok", {}, ""};
     try {
@@ -29,16 +29,7 @@ std::vector<DeviceDiagnosis> diagnose(const RigDescription& rig) {
       d.problem = e.what();
     }
     out.push_back(std::move(d));
-  };
-  look_at("stage", rig.stage);
-  look_at("platform", rig.platform);
-  look_at("markers", rig.markers);
-  look_at("leds", rig.leds);
-  look_at("camera", rig.camera);
-  look_at("video", rig.video);
-  look_at("spectroradiometer", rig.spectroradiometer);
-  look_at("head_tracker", rig.head_tracker);
-  look_at("light_sensor", rig.light_sensor);
+  });
   return out;
 }
 

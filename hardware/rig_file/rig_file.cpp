@@ -164,18 +164,9 @@ bool RigDescription::simulated() const {
 
 std::vector<RigDescription::Line> RigDescription::devices() const {
   std::vector<Line> out;
-  const auto add = [&](const char* role, const auto& plan) {
+  for_each_kind([&](const char* role, const auto& plan) {
     if (plan) out.push_back({role, plan->driver, plan->address});
-  };
-  add("stage", stage);
-  add("platform", platform);
-  add("markers", markers);
-  add("leds", leds);
-  add("camera", camera);
-  add("video", video);
-  add("spectroradiometer", spectroradiometer);
-  add("head_tracker", head_tracker);
-  add("light_sensor", light_sensor);
+  });
   return out;
 }
 

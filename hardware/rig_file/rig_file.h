@@ -48,6 +48,21 @@ struct RigDescription {
     std::uint64_t seed = 7;
   } simulation;
 
+  /// Calls visit("stage", stage), ... for all kinds of device, there or not, in the order of the
+  /// file's manual.
+  template <class Visit>
+  void for_each_kind(const Visit& visit) const {
+    visit("stage", stage);
+    visit("platform", platform);
+    visit("markers", markers);
+    visit("leds", leds);
+    visit("camera", camera);
+    visit("video", video);
+    visit("spectroradiometer", spectroradiometer);
+    visit("head_tracker", head_tracker);
+    visit("light_sensor", light_sensor);
+  }
+
   /// "stage", "markers", ... with driver and address, in the order of the file's manual.
   struct Line {
     std::string role, driver, address;
