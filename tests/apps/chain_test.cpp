@@ -1,5 +1,5 @@
 // The whole way of the light through the stations, on the twin at a tenth of its pixels.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <opencv2/imgproc.hpp>
 
@@ -66,6 +66,29 @@ TEST_F(Chain, TheEyeSeesTheBoxOnTheDisplays) {
     EXPECT_GT(pu21_psnr_rgb(check.displays, check.box, &mask), 30);
     EXPECT_GT(check.pu21_psnr_db, 24);  // all pixels, the card's edge included
   }
+}
+
+TEST_F(Chain, NothingBrighterThanTheLimitIsShown) {
+  SimulatedRig twin({"card", kScale, kSeed});
+  const Dataset dataset = capture_and_calibrate(root_ / "d", twin);
+  render_drlf(dataset, std::nullopt, false, kQuiet);
+  split_to_drive_frames(dataset);
+  Rig rig = twin.rig();
+  rig.luminance_limit = Luminance::of(100);
+  try {
+    present(dataset, rig);
+    FAIL() << "the card has 400 cd/m^2";
+  } catch (const DeviceError& e) {
+    EXPECT_EQ(e.kind(), DeviceError::Kind::kOutOfRange);
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("left eye"));
+  }
+  for (const PanelDrive& shown : twin.world().panel_drives) {
+    EXPECT_EQ(cv::norm(shown.lcd.codes), 0) << "panels stay as they were";
+    EXPECT_EQ(cv::norm(shown.projector.codes), 0);
+  }
+  rig.luminance_limit = Luminance::of(3000);
+  EXPECT_NO_THROW(present(dataset, rig));
+  EXPECT_GT(cv::norm(twin.world().panel_drives[0].projector.codes), 0);
 }
 
 TEST_F(Chain, ShaderAndCpuTwinAgree) {
