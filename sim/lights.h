@@ -10,6 +10,7 @@ namespace wheatstone {
 class SimulatedMarkers final : public MarkerLights {
  public:
   explicit SimulatedMarkers(World& world) : world_(world) {}
+  ~SimulatedMarkers() override { all_off(); }
   DeviceIdentity identity() const override {
     return {"simulated", "twin of the markers", "", "", ""};
   }
@@ -19,6 +20,8 @@ class SimulatedMarkers final : public MarkerLights {
   void all_off() noexcept override { world_.light.marker_mask = 0; }
 
  private:
+  void meet(const Deadline&);
+
   World& world_;
 };
 

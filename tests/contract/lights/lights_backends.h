@@ -1,0 +1,142 @@
+#pragma once
+// Everything that is marker lights, for tests that do not know which: the twin, and the drivers of
+// relay boards and blink(1) on emulated ones.
+
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "hardware/hid/blink1.h"
+#include "hardware/hid/relay_board.h"
+#include "sim/lights.h"
+#include "sim/wire/hid/blink1_firmware.h"
+#include "sim/wire/hid/hid_peer.h"
+#include "sim/wire/hid/relay_firmware.h"
+#include "sim/world.h"
+#include "tests/contract/resources.h"
+
+namespace wheatstone {
+
+class LightsBackend {
+ public:
+  virtual ~LightsBackend() = default;
+  virtual MarkerLights& lights() = 0;
+  virtual void close() = 0;  // the object goes
+  virtual Clock& clock() = 0;
+  virtual void unplug() = 0;
+  MarkerLights::Mask truth() {
+    const std::lock_guard lock(world_.mutex);
+    return world_.light.marker_mask;
+  }
+  World& world() { return world_; }
+
+ protected:
+  World world_{"card", 0.02, 7};
+};
+
+class TwinLightsBackend final : public LightsBackend {
+ public:
+  MarkerLights& lights() override {
+    if (!lights_) lights_.emplace(world_);
+    return *lights_;
+  }
+  void close() override { lights_.reset(); }
+  Clock& clock() override { return world_.clock; }
+  void unplug() override { world_.faults.arm("markers", DeviceError::Kind::kDisconnected); }
+
+ private:
+  std::optional<SimulatedMarkers> lights_;
+};
+
+/// A driver on an emulated device.
+class HidLightsBackend : public LightsBackend {
+ public:
+  MarkerLights& lights() override {
+    if (!lights_) lights_ = open(clock_.in(Duration::of(2)));
+    return *lights_;
+  }
+  virtual std::unique_ptr<MarkerLights> open(const Deadline&) = 0;
+  void close() override { lights_.reset(); }
+  Clock& clock() override { return clock_; }
+  void unplug() override { peer().unplug(); }
+  virtual HidPeer& peer() = 0;
+  virtual HidFirmware& firmware() = 0;
+
+ private:
+  SteadyClock clock_;
+  std::unique_ptr<MarkerLights> lights_;
+};
+
+class RelayBackend final : public HidLightsBackend {
+ public:
+  explicit RelayBackend(MockBed& bed, int number = 0) : peer_(bed, firmware_, number) {}
+  ~RelayBackend() override { close(); }
+  std::unique_ptr<MarkerLights> open(const Deadline& deadline) override {
+    return std::make_unique<RelayBoard>(settings(), deadline);
+  }
+  static RelayBoardSettings settings() { return {"BITFT", Duration::of(0.05), nullptr}; }
+  HidPeer& peer() override { return peer_; }
+  RelayFirmware& firmware() override { return firmware_; }
+
+ private:
+  RelayFirmware firmware_{world_};
+  HidPeer peer_;
+};
+
+class Blink1Backend final : public HidLightsBackend {
+ public:
+  explicit Blink1Backend(MockBed& bed, int number = 0) : peer_(bed, firmware_, number) {}
+  ~Blink1Backend() override { close(); }
+  std::unique_ptr<MarkerLights> open(const Deadline& deadline) override {
+    return std::make_unique<Blink1>(settings(), deadline);
+  }
+  static Blink1Settings settings() { return {"2A00CAFE", {255, 120, 0}, nullptr}; }
+  HidPeer& peer() override { return peer_; }
+  Blink1Firmware& firmware() override { return firmware_; }
+
+ private:
+  Blink1Firmware firmware_{world_};
+  HidPeer peer_;
+};
+
+/// The emulated machine; it has threads of its own, which must not count as left behind.
+inline MockBed& hid_bed() {
+  static MockBed bed;
+  return bed;
+}
+
+inline std::ptrdiff_t open_handles() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+}
+
+/// Starts the threads of libraries and of the emulation, and waits till it has let go of its
+/// client.
+inline void warm_up_hid() {
+  RelayBackend(hid_bed()).lights();
+  SteadyClock clock;
+  for (std::ptrdiff_t before = -1, now = open_handles(); now != before;) {
+    before = now;
+    clock.wait_until(clock.now_ns() + 60'000'000);
+    now = open_handles();
+  }
+}
+
+/// ResourceWatch, once the emulation has noticed that its client is gone.
+class HidResources {
+ public:
+  ~HidResources() {
+    const SteadyClock clock;
+    const Nanoseconds end = clock.in(Duration::of(1)).at_ns;
+    while (open_handles() > before_ && clock.now_ns() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+ private:
+  ResourceWatch watch_{0.5};  // a world takes its time
+  std::ptrdiff_t before_ = open_handles();
+};
+
+}  // namespace wheatstone
