@@ -116,18 +116,22 @@ bool HidDevice::owned() const {
 }
 
 void HidDevice::work(const std::stop_token& stop) {
+  bool silent = false;
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); }) || !waiting_.empty()) {
     const std::shared_ptr<Transfer> transfer = waiting_.front();
     waiting_.pop_front();
     if (lost_) {
       transfer->error = ENODEV;
+    } else if (stop.stop_requested() && silent) {
+      transfer->error = ETIMEDOUT;  // the destructor waits
     } else {
       lock.unlock();
       carry_out(*transfer);
       lock.lock();
     }
     lost_ = lost_ || means_gone(transfer->error);
+    silent = transfer->error == ETIMEDOUT;
     transfer->done = true;
     changed_.notify_all();
   }

@@ -34,7 +34,7 @@ class HidPeer {
   void unplug();
   /// When so many more transfers have begun; that one never ends but by this.
   void unplug_after(int transfers);
-  /// Nobody but root may open the node, and root neither if it is not.
+  /// Nobody but root may open the node any more.
   void forbid();
 
  private:

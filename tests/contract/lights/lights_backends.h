@@ -7,7 +7,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "hardware/hid/blink1.h"
 #include "hardware/hid/relay_board.h"
@@ -20,6 +23,31 @@
 
 namespace wheatstone {
 
+/// Worlds take their time to make: each test has one that another one has done with.
+class UsedWorld {
+ public:
+  UsedWorld() {
+    if (idle().empty()) idle().push_back(std::make_unique<World>("card", 0.02, 7));
+    world_ = std::move(idle().back());
+    idle().pop_back();
+  }
+  ~UsedWorld() {
+    world_->light.marker_mask = 0;
+    world_->faults.reconnect("markers");
+    idle().push_back(std::move(world_));
+  }
+  UsedWorld(const UsedWorld&) = delete;
+  UsedWorld& operator=(const UsedWorld&) = delete;
+  World& operator*() { return *world_; }
+
+ private:
+  static std::vector<std::unique_ptr<World>>& idle() {
+    static std::vector<std::unique_ptr<World>> worlds;
+    return worlds;
+  }
+  std::unique_ptr<World> world_;
+};
+
 class LightsBackend {
  public:
   virtual ~LightsBackend() = default;
@@ -28,24 +56,24 @@ class LightsBackend {
   virtual Clock& clock() = 0;
   virtual void unplug() = 0;
   MarkerLights::Mask truth() {
-    const std::lock_guard lock(world_.mutex);
-    return world_.light.marker_mask;
+    const std::lock_guard lock(world().mutex);
+    return world().light.marker_mask;
   }
-  World& world() { return world_; }
+  World& world() { return *world_; }
 
- protected:
-  World world_{"card", 0.02, 7};
+ private:
+  UsedWorld world_;
 };
 
 class TwinLightsBackend final : public LightsBackend {
  public:
   MarkerLights& lights() override {
-    if (!lights_) lights_.emplace(world_);
+    if (!lights_) lights_.emplace(world());
     return *lights_;
   }
   void close() override { lights_.reset(); }
-  Clock& clock() override { return world_.clock; }
-  void unplug() override { world_.faults.arm("markers", DeviceError::Kind::kDisconnected); }
+  Clock& clock() override { return world().clock; }
+  void unplug() override { world().faults.arm("markers", DeviceError::Kind::kDisconnected); }
 
  private:
   std::optional<SimulatedMarkers> lights_;
@@ -72,7 +100,9 @@ class HidLightsBackend : public LightsBackend {
 
 class RelayBackend final : public HidLightsBackend {
  public:
-  explicit RelayBackend(MockBed& bed, int number = 0) : peer_(bed, firmware_, number) {}
+  explicit RelayBackend(MockBed& bed, int number = 0, const std::string& name = "BITFT",
+                        int channels = 4)
+      : firmware_(world(), name, channels), peer_(bed, firmware_, number) {}
   ~RelayBackend() override { close(); }
   std::unique_ptr<MarkerLights> open(const Deadline& deadline) override {
     return std::make_unique<RelayBoard>(settings(), deadline);
@@ -82,13 +112,14 @@ class RelayBackend final : public HidLightsBackend {
   RelayFirmware& firmware() override { return firmware_; }
 
  private:
-  RelayFirmware firmware_{world_};
+  RelayFirmware firmware_;
   HidPeer peer_;
 };
 
 class Blink1Backend final : public HidLightsBackend {
  public:
-  explicit Blink1Backend(MockBed& bed, int number = 0) : peer_(bed, firmware_, number) {}
+  explicit Blink1Backend(MockBed& bed, int number = 0, const std::string& serial = "2A00CAFE")
+      : firmware_(world(), serial), peer_(bed, firmware_, number) {}
   ~Blink1Backend() override { close(); }
   std::unique_ptr<MarkerLights> open(const Deadline& deadline) override {
     return std::make_unique<Blink1>(settings(), deadline);
@@ -98,7 +129,7 @@ class Blink1Backend final : public HidLightsBackend {
   Blink1Firmware& firmware() override { return firmware_; }
 
  private:
-  Blink1Firmware firmware_{world_};
+  Blink1Firmware firmware_;
   HidPeer peer_;
 };
 
