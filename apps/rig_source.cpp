@@ -1,5 +1,8 @@
 #include "apps/rig_source.h"
 
+#ifdef WHEATSTONE_HAS_HIDAPI
+#include "hardware/hid/hid_drivers.h"
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
 #endif
@@ -21,6 +24,12 @@ DriverCatalogue all_drivers() {
   add_simulated_drivers(catalogue);
   add_serial_drivers(catalogue);
   add_stream_drivers(catalogue);
+#ifdef WHEATSTONE_HAS_HIDAPI
+  add_hid_drivers(catalogue);
+#else
+  catalogue.add_missing("hid-relay", "libhidapi-dev");
+  catalogue.add_missing("blink1", "libhidapi-dev");
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
   add_v4l2_driver(catalogue);
 #else

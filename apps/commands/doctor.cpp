@@ -11,6 +11,10 @@
 #include "hardware/rig_file/diagnosis.h"
 #include "rendering/gl/offscreen.h"
 
+#ifdef WHEATSTONE_HAS_HIDAPI
+#include "hardware/hid/hid_drivers.h"
+#endif
+
 namespace wheatstone::apps {
 namespace {
 
@@ -38,13 +42,28 @@ std::vector<std::string> other_serial_lines(const RigDescription& rig) {
   return out;
 }
 
+/// Marker lights that are plugged in and that no device of the rig file is.
+json other_lights([[maybe_unused]] const RigDescription& rig) {
+  json out = json::array();
+#ifdef WHEATSTONE_HAS_HIDAPI
+  for (const HidLightFound& light : list_hid_lights()) {
+    bool ours = false;
+    for (const auto& device : rig.devices()) ours = ours || device.address == light.address;
+    if (!ours)
+      out.push_back({{"address", light.address}, {"node", light.node}, {"problem", light.problem}});
+  }
+#endif
+  return out;
+}
+
 void doctor(const std::string& file, bool as_json) {
   const RigDescription rig = read_rig_file(file, all_drivers());
   json report = {{"schema", "wheatstone-doctor/1"},
                  {"rig", rig.name},
                  {"opengl", graphics()},
                  {"devices", json::array()},
-                 {"other_serial_lines", other_serial_lines(rig)}};
+                 {"other_serial_lines", other_serial_lines(rig)},
+                 {"other_lights", other_lights(rig)}};
   int wrong = report["opengl"]["status"] != "ok";
   for (const DeviceDiagnosis& d : diagnose(rig)) {
     wrong += d.status != "ok";
@@ -76,6 +95,11 @@ void doctor(const std::string& file, bool as_json) {
                                    text(d, "firmware").empty() ? "" : " " + text(d, "firmware")));
     for (const json& line : report["other_serial_lines"])
       fmt::print("{:18} {:12} {}\n", "serial line", "not named", line.get<std::string>());
+    for (const json& light : report["other_lights"])
+      fmt::print("{:18} {:12} {} on {}{}\n", "marker light", "not named",
+                 text(light, "address").empty() ? "one" : text(light, "address"),
+                 text(light, "node"),
+                 text(light, "problem").empty() ? "" : ": " + text(light, "problem"));
   }
   if (wrong > 0)
     throw ArgumentError(
