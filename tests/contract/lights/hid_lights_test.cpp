@@ -1,17 +1,15 @@
 // What is no fault of marker lights but looks like one, and other programs at the emulated devices.
 
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <memory>
 #include <string>
 
 #include "hardware/hid/hid_drivers.h"
 #include "tests/contract/fault_call.h"
 #include "tests/contract/lights/lights_backends.h"
+#include "tests/program_output.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -153,19 +151,6 @@ TEST_F(HidLightsTest, ReportsAreInTheTranscript) {
   const std::string off = "> 00 fc 00 00 00 00 00 00 00\n", dark = "< 42 49 54 46 54 00 00 00\n";
   EXPECT_EQ(sent,
             off + dark + dark + "> 00 ff 02 00 00 00 00 00 00\n< 42 49 54 46 54 00 00 02\n" + off);
-}
-
-/// What the command prints; its exit status must be 0.
-std::string output_of(const std::string& command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen((command + " 2>&1").c_str(), "r"),
-                                                   [](FILE*) { return 0; });
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe.get()))
-    text.append(buffer.data(), n);
-  const int status = ::pclose(pipe.get());
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command << "\n" << text;
-  return text;
 }
 
 TEST_F(HidLightsTest, AnotherProgramSwitchesTheSameRelays) {

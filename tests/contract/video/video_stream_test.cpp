@@ -2,18 +2,15 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <ctime>
 #include <iostream>
-#include <memory>
 #include <opencv2/core.hpp>
 
 #include "core/files.h"
 #include "hardware/video/pixel_formats.h"
 #include "tests/contract/video/video_backends.h"
+#include "tests/program_output.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -57,19 +54,6 @@ TEST(V4l2Stream, HundredFramesPerSecondArriveAndLeaveTheMachineIdle) {
   EXPECT_LE(camera.dropped() - dropped_before, kFrames / 20);
   EXPECT_NEAR(took_s, 10, 0.5);
   EXPECT_LE(share, 0.25) << "busy waiting; the figure itself is only fair on an idle machine";
-}
-
-/// What the command prints; its exit status must be 0.
-std::string output_of(const std::string& command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen((command + " 2>&1").c_str(), "r"),
-                                                   [](FILE*) { return 0; });
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe.get()))
-    text.append(buffer.data(), n);
-  const int status = ::pclose(pipe.get());
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command << "\n" << text;
-  return text;
 }
 
 TEST(V4l2Stream, AnotherProgramSeesTheSameCamera) {
