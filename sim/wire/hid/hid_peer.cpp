@@ -75,7 +75,7 @@ struct Tree {
 struct HidPeer::Impl {
   // A transfer that ends later.
   struct Held {
-    Owned<UMockdevIoctlClient> client;
+    OwnedGObject<UMockdevIoctlClient> client;
     std::function<void(int error)> end;
     Nanoseconds due_ns = 0;
     bool lost = false;  // the device never sees it
@@ -108,7 +108,7 @@ struct HidPeer::Impl {
   HidFirmware& firmware;
   const HidAbout about;
   const Tree tree;
-  Owned<UMockdevIoctlBase> handler;
+  OwnedGObject<UMockdevIoctlBase> handler;
 
   std::mutex mutex;  // of all below and of the firmware
   std::condition_variable_any changed;
@@ -134,7 +134,7 @@ void HidPeer::Impl::transfer(UMockdevIoctlClient* client, std::function<void(int
     g_object_ref(client);
     constexpr Nanoseconds kPullNs = 50'000'000;
     const Nanoseconds later = pulled ? kPullNs : silence_ns ? silence_ns : delay_ns;
-    held.push_back({Owned<UMockdevIoctlClient>(client), std::move(end),
+    held.push_back({OwnedGObject<UMockdevIoctlClient>(client), std::move(end),
                     SteadyClock().now_ns() + later, pulled || silence_ns != 0});
     if (pulled) transfers_left = 0;
     changed.notify_all();
@@ -153,7 +153,7 @@ void HidPeer::Impl::ioctl(UMockdevIoctlClient* client) {
   const std::size_t size = _IOC_SIZE(request);
   const std::shared_ptr<UMockdevIoctlData> data(
       umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, size, nullptr),
-      UnrefObject());
+      UnrefGObject());
   if (_IOC_TYPE(request) != 'H' || !data || size == 0) return complete(0, ENOTTY);
   if (request == HIDIOCGRDESCSIZE) {
     const int bytes = static_cast<int>(about.report_descriptor.size());
@@ -220,6 +220,7 @@ void HidPeer::Impl::end_held(const std::stop_token& stop) {
 }
 
 void HidPeer::Impl::pull_cable() {
+  bed.announce(tree.sys_paths().front(), "remove");
   bed.remove(tree.sys_paths());
   const std::lock_guard lock(mutex);
   firmware.lose_power();
@@ -276,10 +277,10 @@ void HidPeer::unplug_after(int transfers) {
 
 void HidPeer::forbid() {
   // Others see the tree, as they see the real /dev and /sys.
-  fs::permissions(impl_->bed.root(), fs::perms(0755));
+  fs::permissions(impl_->bed.real_path("/"), fs::perms(0755));
   // umockdev ends programs that do not reach the handler.
-  fs::permissions(impl_->bed.root() / "ioctl/dev" / impl_->tree.node, fs::perms(0777));
-  fs::permissions(impl_->bed.root() / "dev" / impl_->tree.node, fs::perms::none);
+  fs::permissions(impl_->bed.real_path("/ioctl" + node().string()), fs::perms(0777));
+  fs::permissions(impl_->bed.real_path(node()), fs::perms::none);
 }
 
 }  // namespace wheatstone

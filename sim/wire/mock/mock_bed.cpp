@@ -7,6 +7,7 @@
 namespace wheatstone {
 namespace {
 
+namespace fs = std::filesystem;
 using Kind = DeviceError::Kind;
 
 void require(bool done, GError* error, const std::string& what) {
@@ -23,9 +24,8 @@ MockBed::MockBed() : bed_(umockdev_testbed_new()) {
   root_ = root;
   g_free(root);
   // umockdev 0.17 does not tell whether its library is preloaded: look whether it redirects.
-  const char* probe = "dev/wheatstone";
-  std::filesystem::create_directories(root_ / probe);
-  if (!std::filesystem::exists(std::filesystem::path("/") / probe))
+  fs::create_directories(real_path("/dev/wheatstone-mock"));
+  if (!fs::exists("/dev/wheatstone-mock"))
     throw DeviceError(Kind::kNotReady, "devices cannot be emulated here",
                       "start the program by umockdev-wrapper");
 }
@@ -36,20 +36,22 @@ void MockBed::add(const std::string& description) {
   require(added, error, "an emulated device cannot be plugged in");
 }
 
-void MockBed::attach(const std::filesystem::path& node, UMockdevIoctlBase* handler) {
+void MockBed::remove(const std::vector<std::string>& devices) {
+  for (const std::string& d : devices) umockdev_testbed_remove_device(bed_.get(), d.c_str());
+}
+
+void MockBed::attach(const std::string& node, UMockdevIoctlBase* handler) {
   GError* error = nullptr;
   const bool attached = umockdev_testbed_attach_ioctl(bed_.get(), node.c_str(), handler, &error);
   require(attached, error, "an emulated device cannot answer");
 }
 
-void MockBed::detach(const std::filesystem::path& node) {
+void MockBed::detach(const std::string& node) {
   umockdev_testbed_detach_ioctl(bed_.get(), node.c_str(), nullptr);
 }
 
-void MockBed::remove(const std::vector<std::string>& sys_paths) {
-  if (!sys_paths.empty()) umockdev_testbed_uevent(bed_.get(), sys_paths.front().c_str(), "remove");
-  for (const std::string& path : sys_paths)
-    umockdev_testbed_remove_device(bed_.get(), path.c_str());
+void MockBed::announce(const std::string& device, const char* action) {
+  umockdev_testbed_uevent(bed_.get(), device.c_str(), action);
 }
 
 }  // namespace wheatstone

@@ -1,5 +1,5 @@
 #pragma once
-// umockdev with owners: devices that exist in /dev and /sys for this program and its children only.
+// The tree of devices that a program sees in place of the machine's, under umockdev-wrapper.
 
 #include <umockdev.h>
 
@@ -10,12 +10,11 @@
 
 namespace wheatstone {
 
-struct UnrefObject {
-  void operator()(void* p) const { g_object_unref(p); }
+struct UnrefGObject {
+  void operator()(void* object) const { g_object_unref(object); }
 };
-/// A GObject, or one of umockdev's.
 template <class T>
-using Owned = std::unique_ptr<T, UnrefObject>;
+using OwnedGObject = std::unique_ptr<T, UnrefGObject>;
 
 /// The machine's devices as the program and its children see them: none but the emulated ones. One
 /// at a time in a process.
@@ -23,20 +22,23 @@ class MockBed {
  public:
   /// Throws DeviceError kNotReady unless the program was started by umockdev-wrapper.
   MockBed();
+  MockBed(const MockBed&) = delete;
+  MockBed& operator=(const MockBed&) = delete;
 
-  /// Where the tree really lies: its "dev", its "sys".
-  const std::filesystem::path& root() const { return root_; }
-  /// `description` in umockdev's own format. Throws DeviceError kFault. Nodes need contents: one
-  /// without is a terminal, which umockdev 0.17 cannot make twice.
+  /// `description` as umockdev_testbed_add_from_string() takes it. Throws DeviceError kFault.
   void add(const std::string& description);
-  /// The handler answers ioctl(), read() and write() of this node, in a thread of umockdev.
-  void attach(const std::filesystem::path& node, UMockdevIoctlBase* handler);
-  void detach(const std::filesystem::path& node);
-  /// What is plugged out, the innermost device first; udev tells of that one.
-  void remove(const std::vector<std::string>& sys_paths);
+  /// The devices with these paths below /sys, children before their parents.
+  void remove(const std::vector<std::string>& devices);
+  /// What a client asks of `node` is answered by `handler`. Throws DeviceError kFault.
+  void attach(const std::string& node, UMockdevIoctlBase* handler);
+  void detach(const std::string& node);
+  void announce(const std::string& device, const char* action);
+
+  /// Where "/dev/x" really lies.
+  std::filesystem::path real_path(const std::string& node) const { return root_.string() + node; }
 
  private:
-  Owned<UMockdevTestbed> bed_;
+  OwnedGObject<UMockdevTestbed> bed_;
   std::filesystem::path root_;
 };
 

@@ -27,7 +27,7 @@ Deadline soon() {
 class HidLightsTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { warm_up_hid(); }
-  HidResources resources_;
+  MockResources resources_{0.5};
 };
 
 TEST_F(HidLightsTest, ABoardThatWasLeftLitIsDarkOnceItIsOpen) {

@@ -2,13 +2,10 @@
 // Everything that is marker lights, for tests that do not know which: the twin, and the drivers of
 // relay boards and blink(1) on emulated ones.
 
-#include <filesystem>
-#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,7 +16,7 @@
 #include "sim/wire/hid/hid_peer.h"
 #include "sim/wire/hid/relay_firmware.h"
 #include "sim/world.h"
-#include "tests/contract/resources.h"
+#include "tests/contract/mock_resources.h"
 
 namespace wheatstone {
 
@@ -139,35 +136,10 @@ inline MockBed& hid_bed() {
   return bed;
 }
 
-inline std::ptrdiff_t open_handles() {
-  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
-}
-
-/// Starts the threads of libraries and of the emulation, and waits till it has let go of its
-/// client.
+/// Starts the threads of libraries and of the emulation.
 inline void warm_up_hid() {
   RelayBackend(hid_bed()).lights();
-  SteadyClock clock;
-  for (std::ptrdiff_t before = -1, now = open_handles(); now != before;) {
-    before = now;
-    clock.wait_until(clock.now_ns() + 60'000'000);
-    now = open_handles();
-  }
+  settle_handles();
 }
-
-/// ResourceWatch, once the emulation has noticed that its client is gone.
-class HidResources {
- public:
-  ~HidResources() {
-    const SteadyClock clock;
-    const Nanoseconds end = clock.in(Duration::of(1)).at_ns;
-    while (open_handles() > before_ && clock.now_ns() < end)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-
- private:
-  ResourceWatch watch_{0.5};  // a world takes its time
-  std::ptrdiff_t before_ = open_handles();
-};
 
 }  // namespace wheatstone

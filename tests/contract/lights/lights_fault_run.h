@@ -159,7 +159,7 @@ inline void expect_works_again(HidLightsBackend& backend) {
 class LightsFaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
   static void SetUpTestSuite() { warm_up_hid(); }
-  HidResources resources_;
+  MockResources resources_{0.5};
 };
 
 }  // namespace wheatstone

@@ -29,7 +29,7 @@ class MarkerLightsContract : public ::testing::TestWithParam<Maker> {
   MarkerLights& lights() { return backend_->lights(); }
   Deadline soon() { return backend_->clock().in(Duration::of(5)); }
 
-  HidResources resources_;
+  MockResources resources_{0.5};
   std::unique_ptr<LightsBackend> backend_ = GetParam().make();
 };
 
