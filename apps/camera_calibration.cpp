@@ -346,18 +346,26 @@ json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& p
       {"board", board_json(options.board)},
       {"pairs", pairs},
       {"unpaired", unpaired}};
+  json written = json::array();
   if (options.out) {
     make_folder(*options.out);
     const std::vector<CameraFile> cameras = {{s.left.intrinsics, s.left.distortion},
                                              {s.right.intrinsics, s.right.distortion}};
     write_camera_file(*options.out / "left.yaml", CameraFormat::kOpenCv, {cameras[0]});
     write_camera_file(*options.out / "right.yaml", CameraFormat::kOpenCv, {cameras[1]});
-    if (why_not_exact(CameraFormat::kKalibr, cameras[0]).empty() &&
-        why_not_exact(CameraFormat::kKalibr, cameras[1]).empty())
+    std::string reason = why_not_exact(CameraFormat::kKalibr, cameras[0]);
+    if (reason.empty()) reason = why_not_exact(CameraFormat::kKalibr, cameras[1]);
+    if (reason.empty())
       write_camera_file(*options.out / "camchain.yaml", CameraFormat::kKalibr, cameras,
                         s.T_right_left);
-    write_json(*options.out / "stereo.json", "wheatstone-stereo-calibration/1", document);
+    written = {
+        {{"file", "left.yaml"}, {"not_written", nullptr}},
+        {{"file", "right.yaml"}, {"not_written", nullptr}},
+        {{"file", "camchain.yaml"}, {"not_written", reason.empty() ? json() : json(reason)}}};
   }
+  document["camera_files"] = written;
+  if (options.out)
+    write_json(*options.out / "stereo.json", "wheatstone-stereo-calibration/1", document);
   return document;
 }
 
