@@ -202,13 +202,13 @@ UsbDevicePeer::Impl::Impl(MockBed& b, UsbFirmware& f, const std::string& port)
   }
   bed.add(text);
   doorbell = std::make_unique<Doorbell>(bed.real_path(node));
+  g_signal_connect(handler.get(), "handle-ioctl", G_CALLBACK(on_ioctl),
+                   reinterpret_cast<gpointer>(number));
+  bed.attach(node, handler.get());
   {
     const std::lock_guard lock(living().mutex);
     living().devices[number] = this;
   }
-  g_signal_connect(handler.get(), "handle-ioctl", G_CALLBACK(on_ioctl),
-                   reinterpret_cast<gpointer>(number));
-  bed.attach(node, handler.get());
   bed.announce("/sys" + device, "add");
   worker = std::jthread([this](const std::stop_token& s) { serve(s); });
 }
@@ -252,7 +252,7 @@ int UsbDevicePeer::Impl::answer(UMockdevIoctlClient* client, unsigned long reque
                                 UMockdevIoctlData* data) {
   if (request == USBDEVFS_REAPURB || request == USBDEVFS_REAPURBNDELAY) return reap(client, data);
   if (unplugged) return ENODEV;
-  const auto number = [&] {
+  const auto word = [&] {
     std::uint32_t n = 0;
     std::memcpy(&n, data->data, sizeof n);
     return n;
@@ -262,9 +262,9 @@ int UsbDevicePeer::Impl::answer(UMockdevIoctlClient* client, unsigned long reque
       std::memcpy(data->data, &kCapabilities, sizeof kCapabilities);
       return 0;
     case USBDEVFS_CLAIMINTERFACE:
-      return claim(client, number());
+      return claim(client, word());
     case USBDEVFS_RELEASEINTERFACE: {
-      const auto it = claims.find(number());
+      const auto it = claims.find(word());
       if (it == claims.end() || it->second != client) return EINVAL;
       claims.erase(it);
       return 0;
@@ -276,7 +276,7 @@ int UsbDevicePeer::Impl::answer(UMockdevIoctlClient* client, unsigned long reque
     case USBDEVFS_IOCTL:  // to take an interface from the kernel's driver
       return ENODATA;
     case USBDEVFS_CLEAR_HALT:
-      clear_halt(static_cast<std::uint8_t>(number()));
+      clear_halt(static_cast<std::uint8_t>(word()));
       return 0;
     case USBDEVFS_RESET:
       halted.clear();
