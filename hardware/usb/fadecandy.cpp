@@ -13,7 +13,7 @@ using Kind = DeviceError::Kind;
 constexpr std::uint16_t kVendor = 0x1d50, kProduct = 0x607a, kOldestVersion = 0x0107;
 constexpr std::uint8_t kOut = 0x01;
 constexpr UsbRequest kKeyFramesReceived{0xc0, 1, 0, 1};
-constexpr Duration kOpenLimit = Duration::of(1);
+constexpr Duration kOpenLimit = Duration::of(0.6);
 
 FadecandySettings checked(const FadecandySettings& s) {
   const auto gamma_fits = [](double g) { return g >= 0.2 && g <= 5; };
@@ -85,6 +85,9 @@ DeviceIdentity Fadecandy::identity() const {
 /// None: this firmware does not count.
 std::optional<std::uint32_t> Fadecandy::frames_received(const Deadline& deadline) {
   const auto bytes = usb_.ask(kKeyFramesReceived, 4, deadline);
+  if (!bytes && counts_frames_)
+    throw DeviceError(Kind::kFault, "the Fadecandy no longer counts its frames",
+                      "unplug it and plug it in again");
   if (!bytes) return std::nullopt;
   if (bytes->size() != 4)
     throw DeviceError(Kind::kProtocol,

@@ -77,7 +77,7 @@ std::string trouble(int error) {
 
 std::string text_of(libusb_device_handle* handle, std::uint8_t index) {
   constexpr std::uint16_t kEnglish = 0x0409;
-  constexpr unsigned kPatienceMs = 250;  // much less than libusb's own
+  constexpr unsigned kPatienceMs = 100;  // much less than libusb's own
   std::array<unsigned char, 255> bytes{};
   if (index == 0) return {};
   const int n =
