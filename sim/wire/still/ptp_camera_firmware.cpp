@@ -287,6 +287,13 @@ void PtpCameraFirmware::advance(Nanoseconds now) {
   properties_.at(ptp::kObjectsWaiting).current = ready > 0 ? 0x8000 + ready : 0;
 }
 
+Nanoseconds PtpCameraFirmware::next_event() const {
+  Nanoseconds next = kNever;
+  for (const Shot& shot : shots_)
+    if (!shot.announced) next = std::min(next, shot.ready_ns);
+  return next;
+}
+
 std::optional<std::vector<std::byte>> PtpCameraFirmware::bulk_in(std::size_t most,
                                                                  Nanoseconds now) {
   advance(now);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -75,6 +76,7 @@ struct PtpReply {
 class PtpCameraFirmware {
  public:
   static constexpr std::size_t kPacketBytes = 512;
+  static constexpr Nanoseconds kNever = std::numeric_limits<Nanoseconds>::max();
 
   explicit PtpCameraFirmware(World&, PtpCameraOptions = {});
 
@@ -86,6 +88,8 @@ class PtpCameraFirmware {
   std::optional<std::vector<std::byte>> bulk_in(std::size_t most, Nanoseconds now);
   /// The same of the interrupt endpoint.
   std::optional<std::vector<std::byte>> interrupt_in(Nanoseconds now);
+  /// When a picture is done that the host does not know of.
+  Nanoseconds next_event() const;
   bool halted() const { return halted_; }
   void clear_halt() { halted_ = false; }
   /// The class's device reset request: session closed, nothing under way.

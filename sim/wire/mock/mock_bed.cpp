@@ -1,0 +1,57 @@
+#include "sim/wire/mock/mock_bed.h"
+
+#include <fmt/format.h>
+
+#include "hardware/device_error.h"
+
+namespace wheatstone {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = DeviceError::Kind;
+
+void require(bool done, GError* error, const std::string& what) {
+  const std::string reason = error ? error->message : "no reason given";
+  if (error) g_error_free(error);
+  if (!done)
+    throw DeviceError(Kind::kFault, fmt::format("{} ({})", what, reason), "update umockdev");
+}
+
+}  // namespace
+
+MockBed::MockBed() : bed_(umockdev_testbed_new()) {
+  gchar* root = umockdev_testbed_get_root_dir(bed_.get());
+  root_ = root;
+  g_free(root);
+  // umockdev 0.17 does not tell whether its library is preloaded: look whether it redirects.
+  fs::create_directories(real_path("/dev/wheatstone-mock"));
+  if (!fs::exists("/dev/wheatstone-mock"))
+    throw DeviceError(Kind::kNotReady, "devices cannot be emulated here",
+                      "start the program by umockdev-wrapper");
+}
+
+void MockBed::add(const std::string& description) {
+  GError* error = nullptr;
+  const bool added = umockdev_testbed_add_from_string(bed_.get(), description.c_str(), &error);
+  require(added, error, "an emulated device cannot be plugged in");
+}
+
+void MockBed::remove(const std::vector<std::string>& devices) {
+  for (const std::string& d : devices) umockdev_testbed_remove_device(bed_.get(), d.c_str());
+}
+
+void MockBed::attach(const std::string& node, UMockdevIoctlBase* handler) {
+  GError* error = nullptr;
+  const bool attached = umockdev_testbed_attach_ioctl(bed_.get(), node.c_str(), handler, &error);
+  require(attached, error, "an emulated device cannot answer");
+}
+
+void MockBed::detach(const std::string& node) {
+  umockdev_testbed_detach_ioctl(bed_.get(), node.c_str(), nullptr);
+}
+
+void MockBed::announce(const std::string& device, const char* action) {
+  umockdev_testbed_uevent(bed_.get(), device.c_str(), action);
+}
+
+}  // namespace wheatstone
