@@ -1,5 +1,9 @@
 #include "apps/rig_source.h"
 
+#include "hardware/still/replay_camera.h"
+#ifdef WHEATSTONE_HAS_GPHOTO2
+#include "hardware/still/gphoto_driver.h"
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
 #endif
@@ -21,6 +25,12 @@ DriverCatalogue all_drivers() {
   add_simulated_drivers(catalogue);
   add_serial_drivers(catalogue);
   add_stream_drivers(catalogue);
+  add_replay_driver(catalogue);
+#ifdef WHEATSTONE_HAS_GPHOTO2
+  add_gphoto_driver(catalogue);
+#else
+  catalogue.add_missing("gphoto2", "libgphoto2-dev");
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
   add_v4l2_driver(catalogue);
 #else

@@ -5,6 +5,9 @@
 #include <gphoto2/gphoto2-port-info-list.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
@@ -24,7 +27,7 @@ template <class T>
 using Freed = std::unique_ptr<T, int (*)(T*)>;
 
 struct Drivers {
-  Freed<CameraAbilitiesList> abilities{nullptr, gp_abilities_list_free};
+  CameraAbilitiesList* abilities = nullptr;  // kept: loading takes a quarter of a second
   Freed<GPPortInfoList> ports{nullptr, gp_port_info_list_free};
 };
 
@@ -36,11 +39,16 @@ void require_library(int result, const char* doing) {
 }
 
 Drivers load_drivers(GPContext* context) {
+  static Freed<CameraAbilitiesList> known{nullptr, gp_abilities_list_free};
+  if (!known) {
+    CameraAbilitiesList* list = nullptr;
+    require_library(gp_abilities_list_new(&list), "list its drivers");
+    Freed<CameraAbilitiesList> owner(list, gp_abilities_list_free);
+    require_library(gp_abilities_list_load(list, context), "load its drivers");
+    known = std::move(owner);
+  }
   Drivers out;
-  CameraAbilitiesList* abilities = nullptr;
-  require_library(gp_abilities_list_new(&abilities), "list its drivers");
-  out.abilities.reset(abilities);
-  require_library(gp_abilities_list_load(abilities, context), "load its drivers");
+  out.abilities = known.get();
   GPPortInfoList* ports = nullptr;
   require_library(gp_port_info_list_new(&ports), "list the ports");
   out.ports.reset(ports);
@@ -48,18 +56,31 @@ Drivers load_drivers(GPContext* context) {
   return out;
 }
 
-/// "usb:001,005" is /dev/bus/usb/001/005; empty for another kind of port.
-std::filesystem::path node_of(const std::string& address) {
-  const std::size_t comma = address.find(',');
-  if (!address.starts_with("usb:") || comma == std::string::npos) return {};
-  return std::filesystem::path("/dev/bus/usb") / address.substr(4, comma - 4) /
-         address.substr(comma + 1);
+/// "usb:001,005": bus and device.
+std::pair<int, int> place_of(const std::string& address) {
+  int bus = 0, device = 0;
+  std::sscanf(address.c_str(), "usb:%d,%d", &bus, &device);
+  return {bus, device};
+}
+
+/// Transfers fail before the system notices that a cable is out.
+bool is_gone(const std::string& address, bool soon) {
+  const SteadyClock clock;
+  const Deadline end = clock.in(Duration::of(soon ? 0.15 : 0));
+  while (plugged_in(address)) {
+    if (clock.now_ns() >= end.at_ns) return false;
+    SteadyClock().wait_until(clock.now_ns() + 5'000'000);
+  }
+  return true;
 }
 
 }  // namespace
 
 bool plugged_in(const std::string& address) {
-  return std::filesystem::exists(node_of(address));
+  constexpr int kUsbMajor = 189, kDevicesPerBus = 128;
+  const auto [bus, device] = place_of(address);
+  return std::filesystem::exists(
+      fmt::format("/sys/dev/char/{}:{}", kUsbMajor, (bus - 1) * kDevicesPerBus + device - 1));
 }
 
 std::vector<GphotoPort> gphoto_ports() {
@@ -71,7 +92,7 @@ std::vector<GphotoPort> gphoto_ports() {
   require_library(gp_list_new(&found), "list cameras");
   const Freed<CameraList> owner(found, gp_list_free);
   require_library(
-      gp_abilities_list_detect(drivers.abilities.get(), drivers.ports.get(), found, context.get()),
+      gp_abilities_list_detect(drivers.abilities, drivers.ports.get(), found, context.get()),
       "look for cameras");
   std::vector<GphotoPort> out;
   for (int i = 0; i < gp_list_count(found); ++i) {
@@ -80,9 +101,8 @@ std::vector<GphotoPort> gphoto_ports() {
     gp_list_get_value(found, i, &address);
     if (!std::string(address).starts_with("usb:")) continue;
     CameraAbilities abilities{};
-    const int driver = gp_abilities_list_lookup_model(drivers.abilities.get(), model);
-    const bool known =
-        gp_abilities_list_get_abilities(drivers.abilities.get(), driver, &abilities) >= 0;
+    const int driver = gp_abilities_list_lookup_model(drivers.abilities, model);
+    const bool known = gp_abilities_list_get_abilities(drivers.abilities, driver, &abilities) >= 0;
     out.push_back({model, address, known && (abilities.operations & GP_OPERATION_CAPTURE_IMAGE)});
   }
   return out;
@@ -99,7 +119,10 @@ void GphotoBody::Deleter::operator()(CameraWidget* widget) const {
 }
 
 GphotoBody::GphotoBody(const GphotoPort& port, Duration usb_patience)
-    : port_(port), context_(gp_context_new()) {
+    : port_(port),
+      patience_ns_(static_cast<Nanoseconds>(usb_patience.value() * 1e9)),
+      context_(gp_context_new()) {
+  begin();
   gp_context_set_error_func(
       context_.get(),
       [](GPContext*, const char* text, void* self) {
@@ -113,8 +136,9 @@ GphotoBody::GphotoBody(const GphotoPort& port, Duration usb_patience)
                                                                       : GP_CONTEXT_FEEDBACK_OK;
       },
       this);
-  const auto node = node_of(port.address);
-  if (::access(node.c_str(), R_OK | W_OK) != 0 && plugged_in(port.address))
+  const auto [bus, device] = place_of(port.address);
+  const std::string node = fmt::format("/dev/bus/usb/{:03}/{:03}", bus, device);
+  if (::access(node.c_str(), R_OK | W_OK) != 0 && errno == EACCES)
     throw DeviceError(Kind::kPermission, "the camera at " + port.address + " may not be opened",
                       "install the udev rules, plug it in again");
   {
@@ -124,9 +148,8 @@ GphotoBody::GphotoBody(const GphotoPort& port, Duration usb_patience)
     require(gp_camera_new(&camera), "be opened");
     camera_.reset(camera);
     CameraAbilities abilities{};
-    const int driver = gp_abilities_list_lookup_model(drivers.abilities.get(), port.model.c_str());
-    require(gp_abilities_list_get_abilities(drivers.abilities.get(), driver, &abilities),
-            "be opened");
+    const int driver = gp_abilities_list_lookup_model(drivers.abilities, port.model.c_str());
+    require(gp_abilities_list_get_abilities(drivers.abilities, driver, &abilities), "be opened");
     require(gp_camera_set_abilities(camera, abilities), "be opened");
     const int at = gp_port_info_list_lookup_path(drivers.ports.get(), port.address.c_str());
     GPPortInfo info{};
@@ -151,12 +174,17 @@ void GphotoBody::fail(int result, const std::string& doing) {
   const std::string reason = said_.empty() ? gp_result_as_string(result) : std::exchange(said_, {});
   const std::string problem =
       fmt::format("the camera at {} cannot {} ({}, {})", port_.address, doing, reason, result);
-  if (!plugged_in(port_.address))
+  if (result == GP_ERROR_IO_USB_FIND || is_gone(port_.address, result == GP_ERROR_IO))
     throw DeviceError(Kind::kDisconnected, problem + ": it is gone",
                       "plug it in again, then run the command again");
+  // A time-out within a transaction comes as an error of input or output.
+  if (result == GP_ERROR_IO && SteadyClock().now_ns() - began_ns_ >= patience_ns_)
+    result = GP_ERROR_TIMEOUT;
   switch (result) {
     case GP_ERROR_CANCEL:
       throw Cancelled("the camera was asked to stop");
+    case GP_ERROR:  // it answered that it will not
+      throw DeviceError(Kind::kRefused, problem, "see what it says on its screen");
     case GP_ERROR_TIMEOUT:
       throw DeviceError(Kind::kTimeout, problem, "see that it is on and awake");
     case GP_ERROR_IO_USB_CLAIM:
@@ -176,12 +204,14 @@ void GphotoBody::fail(int result, const std::string& doing) {
 
 GphotoBody::Widget GphotoBody::widget(const std::string& setting) {
   CameraWidget* out = nullptr;
+  begin();
   require(gp_camera_get_single_config(camera_.get(), setting.c_str(), &out, context_.get()),
           "say its " + setting);
   return Widget(out);
 }
 
 bool GphotoBody::has(const std::string& setting) {
+  begin();
   CameraWidget* out = nullptr;
   const int result =
       gp_camera_get_single_config(camera_.get(), setting.c_str(), &out, context_.get());
@@ -211,13 +241,29 @@ std::vector<std::string> GphotoBody::choices(const std::string& setting) {
 
 void GphotoBody::set(const std::string& setting, const std::string& value) {
   const Widget w = widget(setting);
+  begin();
   require(gp_widget_set_value(w.get(), value.c_str()), "set its " + setting + " to " + value);
-  require(gp_camera_set_single_config(camera_.get(), setting.c_str(), w.get(), context_.get()),
-          "set its " + setting + " to " + value);
+  int result = gp_camera_set_single_config(camera_.get(), setting.c_str(), w.get(), context_.get());
+  if (result == GP_ERROR_BAD_PARAMETERS) result = GP_ERROR;  // the body does not take it
+  require(result, "set its " + setting + " to " + value);
 }
 
 void GphotoBody::trigger() {
-  require(gp_camera_trigger_capture(camera_.get(), context_.get()), "take a picture");
+  begin();
+  const int result = gp_camera_trigger_capture(camera_.get(), context_.get());
+  if (result == GP_ERROR && card_is_full())
+    throw DeviceError(Kind::kRefused, "the camera's card is full", "empty it");
+  require(result, "take a picture");
+}
+
+bool GphotoBody::card_is_full() {
+  CameraStorageInformation* storages = nullptr;
+  int count = 0;
+  if (gp_camera_get_storageinfo(camera_.get(), &storages, &count, context_.get()) < 0) return false;
+  const std::unique_ptr<CameraStorageInformation, void (*)(void*)> owner(storages, std::free);
+  return std::any_of(storages, storages + count, [](const CameraStorageInformation& s) {
+    return s.fields & GP_STORAGEINFO_FREESPACEKBYTES && s.freekbytes == 0;
+  });
 }
 
 std::optional<CameraFilePath> GphotoBody::next_picture(Duration limit) {
@@ -226,6 +272,7 @@ std::optional<CameraFilePath> GphotoBody::next_picture(Duration limit) {
   do {
     const auto left_ms = static_cast<int>((end.at_ns - clock.now_ns()) / 1'000'000);
     CameraEventType type = GP_EVENT_UNKNOWN;
+    begin();
     void* data = nullptr;
     const int result =
         gp_camera_wait_for_event(camera_.get(), std::max(left_ms, 1), &type, &data, context_.get());
@@ -238,6 +285,7 @@ std::optional<CameraFilePath> GphotoBody::next_picture(Duration limit) {
 }
 
 std::vector<std::byte> GphotoBody::fetch(const CameraFilePath& path) {
+  begin();
   CameraFile* file = nullptr;
   require(gp_file_new(&file), "hand over its picture");
   const Freed<CameraFile> owner(file, gp_file_unref);
@@ -252,6 +300,7 @@ std::vector<std::byte> GphotoBody::fetch(const CameraFilePath& path) {
 }
 
 void GphotoBody::remove(const CameraFilePath& path) {
+  begin();
   // A picture that went straight to the host lies outside of every store of the card.
   if (std::string(path.folder).starts_with("/store_"))
     require(gp_camera_file_delete(camera_.get(), path.folder, path.name, context_.get()),

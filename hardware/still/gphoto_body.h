@@ -22,13 +22,14 @@ struct GphotoPort {
 };
 std::vector<GphotoPort> gphoto_ports();
 
-/// Whether its USB node is still there.
+/// Whether there is a device at this address.
 bool plugged_in(const std::string& address);
 
 /// Open from construction to destruction.
 class GphotoBody {
  public:
-  /// Throws kNotFound, kBusy, kPermission, kTimeout, kProtocol, kDisconnected.
+  /// `usb_patience`: with one transfer; what takes as long and fails counts as silence. Throws
+  /// kNotFound, kBusy, kPermission, kTimeout, kProtocol, kDisconnected.
   GphotoBody(const GphotoPort&, Duration usb_patience);
   ~GphotoBody();
   GphotoBody(const GphotoBody&) = delete;
@@ -44,6 +45,7 @@ class GphotoBody {
   std::vector<std::string> choices(const std::string& setting);
   void set(const std::string& setting, const std::string& value);
 
+  /// kRefused: its card is full.
   void trigger();
   /// Waits that long for the next picture; nothing: none came.
   std::optional<CameraFilePath> next_picture(Duration);
@@ -60,11 +62,14 @@ class GphotoBody {
   using Widget = std::unique_ptr<CameraWidget, Deleter>;
 
   Widget widget(const std::string& setting);
+  bool card_is_full();
+  void begin() { began_ns_ = SteadyClock().now_ns(); }
   /// Throws what a result below 0 means; `doing` completes "<camera> cannot ...".
   void require(int result, const std::string& doing);
   [[noreturn]] void fail(int result, const std::string& doing);
 
   GphotoPort port_;
+  Nanoseconds patience_ns_, began_ns_ = 0;  // began_ns_: of the call under way
   std::stop_token stop_;
   std::string said_;  // by libgphoto2, of the last error
   std::unique_ptr<GPContext, Deleter> context_;

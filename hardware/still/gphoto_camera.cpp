@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <filesystem>
 
 #include "core/camera_raw.h"
 #include "hardware/still/exposure_text.h"
+#include "hardware/still/file_type.h"
 #include "hardware/still/gphoto_body.h"
 
 extern char** environ;
@@ -27,7 +27,6 @@ constexpr double kSixthStop = 1.0 / 6;
 constexpr Nanoseconds kMs = 1'000'000;
 constexpr Duration kSlice = Duration::of(0.02);   // of waiting for a picture
 constexpr Duration kDrain = Duration::of(0.002);  // for what has come already
-constexpr Duration kSettle = Duration::of(1);     // till a setting is read back as set
 constexpr Duration kFarewell = Duration::of(0.4);
 constexpr double kIso = 100;
 
@@ -39,14 +38,22 @@ std::string what(const GphotoCameraSettings& s) {
   return s.serial.empty() ? "still camera" : "still camera " + s.serial;
 }
 
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
 /// Sets it unless it is so already, and sees that it stays so.
-void establish(GphotoBody& body, const std::string& setting, const std::string& value) {
-  const std::vector<std::string> choices = body.choices(setting);
+void establish(GphotoBody& body, const std::string& setting, const std::string& value,
+               Duration settle) {
+  std::vector<std::string> choices;
+  if (body.has(setting)) choices = body.choices(setting);
   if (std::find(choices.begin(), choices.end(), value) == choices.end())
     throw DeviceError(Kind::kRefused, fmt::format("the camera offers no {} {} now", setting, value),
                       "set it to manual exposure and raw files");
   const SteadyClock clock;
-  const Deadline end = clock.in(kSettle);
+  const Deadline end = clock.in(settle);
   std::string is = body.value(setting);
   if (is != value) body.set(setting, value);
   do is = body.value(setting);
@@ -55,14 +62,6 @@ void establish(GphotoBody& body, const std::string& setting, const std::string& 
     throw DeviceError(Kind::kFault,
                       fmt::format("the camera has {} {} after being set to {}", setting, is, value),
                       "set it to manual exposure and raw files");
-}
-
-std::string file_type_of(const std::string& name) {
-  std::string type = std::filesystem::path(name).extension();
-  if (!type.empty()) type.erase(0, 1);
-  std::transform(type.begin(), type.end(), type.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return type;
 }
 
 }  // namespace
@@ -82,8 +81,8 @@ struct GphotoCamera::Connection {
   std::shared_ptr<Shot> shot;
 
   void open(const GphotoCameraSettings&);
-  void prepare();
-  void take(const Exposure&, Duration delivery, const std::stop_token&);
+  void prepare(Duration settle);
+  void take(const Exposure&, const GphotoCameraSettings&, const std::stop_token&);
   void drop_late_pictures(const std::stop_token&);
 };
 
@@ -94,7 +93,7 @@ void GphotoCamera::Connection::open(const GphotoCameraSettings& settings) {
   bool wrong_mode = false;
   for (const GphotoPort& port : gphoto_ports()) {
     others.push_back(port.model);
-    if (port.model.find(settings.model) == std::string::npos) continue;
+    if (lower_case(port.model).find(lower_case(settings.model)) == std::string::npos) continue;
     if (port.can_capture)
       fitting.push_back(port);
     else
@@ -114,18 +113,20 @@ void GphotoCamera::Connection::open(const GphotoCameraSettings& settings) {
     body = std::move(candidate);
     identity = {"gphoto2", body->value("cameramodel"), serial, body->value("deviceversion"),
                 port.address};
-    prepare();
+    prepare(settings.settle);
     return;
   }
   throw DeviceError(Kind::kNotFound, fmt::format("the {} is not plugged in", what(settings)),
                     others.empty() ? "plug it in and switch it on" : "found only " + others[0]);
 }
 
-void GphotoCamera::Connection::prepare() {
-  establish(*body, "iso", "100");
-  establish(*body, "imagequality", "RAW");
+void GphotoCamera::Connection::prepare(Duration settle) {
+  establish(*body, "iso", "100", settle);
+  establish(*body, "imagequality", "RAW", settle);
   exposures.clear();
-  for (const std::string& text : body->choices("shutterspeed"))
+  std::vector<std::string> texts;
+  if (body->has("shutterspeed")) texts = body->choices("shutterspeed");
+  for (const std::string& text : texts)
     if (const auto seconds = exposure_seconds(text)) exposures.push_back({text, *seconds});
   if (exposures.empty())
     throw DeviceError(Kind::kRefused, "the camera offers no exposure times",
@@ -146,16 +147,21 @@ void GphotoCamera::Connection::drop_late_pictures(const std::stop_token& stop) {
   late_until_ns = 0;
 }
 
-void GphotoCamera::Connection::take(const Exposure& exposure, Duration delivery,
+void GphotoCamera::Connection::take(const Exposure& exposure, const GphotoCameraSettings& settings,
                                     const std::stop_token& stop) {
   shot = std::make_shared<Shot>();
   const SteadyClock clock;
   drop_late_pictures(stop);
-  establish(*body, "shutterspeed", exposure.text);
+  establish(*body, "shutterspeed", exposure.text, settings.settle);
   if (stop.stop_requested()) return;
   shot->triggered_ns = clock.now_ns();
-  late_until_ns = clock.in(Duration::of(2 * exposure.seconds) + 2 * delivery).at_ns;
-  body->trigger();
+  late_until_ns = clock.in(Duration::of(2 * exposure.seconds) + 2 * settings.delivery).at_ns;
+  try {
+    body->trigger();
+  } catch (const DeviceError& e) {
+    if (e.kind() == Kind::kRefused) late_until_ns = 0;
+    throw;
+  }
   std::optional<CameraFilePath> picture;
   while (!picture && !stop.stop_requested()) picture = body->next_picture(kSlice);
   if (!picture) return;
@@ -263,7 +269,7 @@ RawFrame GphotoCamera::expose(Duration wanted, Deadline deadline) {
           try {
             if (!c->body) c->open(s);
             c->body->stop_with(stop);
-            c->take(exposure, s.delivery, stop);
+            c->take(exposure, s, stop);
           } catch (const DeviceError& e) {
             // After these it may be out of step with us: it is opened anew.
             if (e.kind() == Kind::kProtocol || e.kind() == Kind::kTimeout ||

@@ -18,6 +18,7 @@ struct GphotoCameraSettings {
   std::string power_cycle;
   Duration power_cycle_limit = Duration::of(20);
   Duration delivery = Duration::of(4);      // from the end of an exposure till the file is here
+  Duration settle = Duration::of(1);        // till a setting is read back as it was set
   Duration usb_patience = Duration::of(5);  // with one transfer
 };
 

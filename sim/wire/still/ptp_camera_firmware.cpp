@@ -26,6 +26,10 @@ std::uint32_t parameter(const PtpContainer& c, std::size_t i) {
   return i < c.parameters.size() ? c.parameters[i] : 0;
 }
 
+bool same_time(std::uint32_t a, std::uint32_t b) {
+  return std::uint64_t{a >> 16} * (b & 0xffff) == std::uint64_t{b >> 16} * (a & 0xffff);
+}
+
 PtpReply refuse(std::uint16_t code) {
   return {code, {}, std::nullopt};
 }
@@ -214,15 +218,22 @@ PtpReply PtpCameraFirmware::set(std::uint32_t code, std::span<const std::byte> d
   std::uint32_t value = 0;
   for (std::size_t i = data.size(); i-- > 0;)
     value = value << 8 | std::to_integer<std::uint32_t>(data[i]);
-  if (std::find(p.choices.begin(), p.choices.end(), value) == p.choices.end())
-    return refuse(ptp::kBadValue);
-  if (code == ptp::kSettableShutter) {
+  // The same time in other terms is taken: hosts write 30 s as 30/1, the body lists 300/10.
+  const bool is_time = code == ptp::kSettableShutter;
+  const auto choice = std::find_if(p.choices.begin(), p.choices.end(), [&](std::uint32_t c) {
+    return c == value || (is_time && (value & 0xffff) && same_time(c, value));
+  });
+  if (choice == p.choices.end()) return refuse(ptp::kBadValue);
+  value = *choice;
+  if (is_time) {
     if (round_shutter) value = round_shutter(value);
     properties_.at(ptp::kShutter).current = value;
   }
-  const bool pressed = code == ptp::kFullPress && p.current == 1 && value == 2;
+  if (code == ptp::kFullPress && p.current == 1 && value == 2) {
+    const PtpReply reply = press(now);
+    if (reply.code != ptp::kOk) return reply;
+  }
   p.current = value;
-  if (pressed) return press(now);
   if (!button) event(ptp::kPropertyChanged, code);
   return {};
 }

@@ -53,7 +53,11 @@ TEST_F(PtpCamera, SetsWhatItOffers) {
   open();
   EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 4, k250th), ptp::kOk);
   EXPECT_EQ(camera_.shutter_code(), k250th);
+  EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 4, 30U << 16 | 1), ptp::kOk);
+  EXPECT_EQ(camera_.shutter_code(), 300U << 16 | 10) << "as the body writes it";
+  EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 4, k250th), ptp::kOk);
   EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 4, 1U << 16 | 251), ptp::kBadValue);
+  EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 4, 1U << 16), ptp::kBadValue);
   EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kSettableShutter, 2, 1), ptp::kBadParameter);
   EXPECT_EQ(host_.set(ptp::kSetValue, ptp::kObjectsWaiting, 2, 1), ptp::kBadProperty);
   EXPECT_EQ(host_.set(ptp::kSetValue, 0xd999, 2, 1), ptp::kBadProperty);

@@ -23,8 +23,8 @@ UsbDescription StillUsbFirmware::description() const {
   d.vendor = 0x054c;
   d.product = product_;
   d.version = 0x0300;
-  d.manufacturer = camera_.options().manufacturer;
-  d.model = camera_.options().model;
+  d.manufacturer = "Sony";
+  d.model = "ILCE-7RM3";
   d.serial = camera_.options().serial;
   d.high_speed = true;
   d.interfaces = {{6,

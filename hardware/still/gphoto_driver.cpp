@@ -1,4 +1,4 @@
-#include "hardware/still/still_drivers.h"
+#include "hardware/still/gphoto_driver.h"
 
 #include "hardware/still/gphoto_camera.h"
 
