@@ -256,6 +256,10 @@ void GphotoBody::trigger() {
   require(result, "take a picture");
 }
 
+void GphotoBody::require_plugged_in() {
+  if (!plugged_in(port_.address)) fail(GP_ERROR_IO_USB_FIND, "be reached");
+}
+
 bool GphotoBody::card_is_full() {
   CameraStorageInformation* storages = nullptr;
   int count = 0;

@@ -47,6 +47,8 @@ class GphotoBody {
 
   /// kRefused: its card is full.
   void trigger();
+  /// Throws kDisconnected.
+  void require_plugged_in();
   /// Waits that long for the next picture; nothing: none came.
   std::optional<CameraFilePath> next_picture(Duration);
   std::vector<std::byte> fetch(const CameraFilePath&);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "core/camera_raw.h"
 #include "hardware/still/exposure_text.h"
@@ -42,6 +43,11 @@ std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
+}
+
+void nap() {
+  SteadyClock clock;
+  clock.wait_until(clock.now_ns() + 10 * kMs);
 }
 
 /// Sets it unless it is so already, and sees that it stays so.
@@ -162,8 +168,14 @@ void GphotoCamera::Connection::take(const Exposure& exposure, const GphotoCamera
     if (e.kind() == Kind::kRefused) late_until_ns = 0;
     throw;
   }
+  // Asking a body while it exposes is of no use, and not all of them like it.
+  const Nanoseconds end_ns = shot->triggered_ns + static_cast<Nanoseconds>(1e9 * exposure.seconds);
+  while (clock.now_ns() < end_ns && !stop.stop_requested()) {
+    body->require_plugged_in();
+    nap();
+  }
   std::optional<CameraFilePath> picture;
-  while (!picture && !stop.stop_requested()) picture = body->next_picture(kSlice);
+  while (!stop.stop_requested() && !(picture = body->next_picture(kSlice))) nap();
   if (!picture) return;
   late_until_ns = 0;
   shot->file = body->fetch(*picture);
@@ -219,7 +231,7 @@ void GphotoCamera::cycle_power(const Deadline& deadline) {
       ::waitpid(child, &status, 0);
       break;
     }
-    SteadyClock().wait_until(clock.now_ns() + 5 * kMs);
+    nap();
   }
   if (late && deadline.cancel.stop_requested())
     throw Cancelled("the " + what(settings_) + " was asked to stop");
@@ -261,9 +273,8 @@ RawFrame GphotoCamera::expose(Duration wanted, Deadline deadline) {
   const Exposure exposure = nearest(wanted);
   if (lost_) lost("it was lost before");
   std::shared_ptr<Connection::Shot> shot;
+  if (std::exchange(timed_out_, false) && !settings_.power_cycle.empty()) cycle_power(deadline);
   try {
-    if (timed_out_ && !settings_.power_cycle.empty()) cycle_power(deadline);
-    timed_out_ = false;
     thread_.run(
         [c = connection_, s = settings_, exposure](const std::stop_token& stop) {
           try {

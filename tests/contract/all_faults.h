@@ -6,6 +6,7 @@
 #include "tests/contract/head_tracker_faults.h"
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/stage_faults.h"
+#include "tests/contract/still/still_faults.h"
 #include "tests/contract/video/video_faults.h"
 
 namespace wheatstone {
@@ -14,11 +15,14 @@ namespace wheatstone {
 inline std::vector<std::span<const FaultCase>> all_faults() {
   return {kGrblFaults,
           kArduinoGantryFaults,
+          kGphotoFaults,
+          kReplayFaults,
           kV4l2Faults,
           kPhotodiodeFaults,
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
           kSimulatedStageFaults,
+          kSimulatedStillFaults,
           kSimulatedVideoFaults,
           kSimulatedLightSensorFaults,
           kSimulatedHeadTrackerFaults};

@@ -102,10 +102,20 @@ inline GphotoCameraSettings quick_settings() {
 
 class GphotoBackend final : public StillBackend {
  public:
-  explicit GphotoBackend(PtpCameraOptions options = {},
+  GphotoBackend() : GphotoBackend(std::make_shared<World>("card", 0.02, 7)) {}
+  /// In a world that outlives it.
+  explicit GphotoBackend(World& world, PtpCameraOptions options = {},
                          std::uint16_t product = StillUsbFirmware::kPcRemote,
                          const std::string& port = "1")
-      : firmware_(world_, options), usb_(firmware_, product), peer_(still_bed(), usb_, port) {}
+      : GphotoBackend(std::shared_ptr<World>(&world, [](World*) {}), std::move(options), product,
+                      port) {}
+  explicit GphotoBackend(std::shared_ptr<World> world, PtpCameraOptions options = {},
+                         std::uint16_t product = StillUsbFirmware::kPcRemote,
+                         const std::string& port = "1")
+      : world_(std::move(world)),
+        firmware_(*world_, std::move(options)),
+        usb_(firmware_, product),
+        peer_(still_bed(), usb_, port) {}
   StillCamera& camera() override {
     if (!camera_) open(quick_settings());
     return *camera_;
@@ -115,7 +125,7 @@ class GphotoBackend final : public StillBackend {
   }
   void close() { camera_.reset(); }
   Clock& clock() override { return clock_; }
-  World& world() override { return world_; }
+  World& world() override { return *world_; }
   void unplug() override { peer_.unplug(); }
   PtpCameraFirmware& firmware() { return firmware_; }
   StillUsbFirmware& usb() { return usb_; }
@@ -123,7 +133,7 @@ class GphotoBackend final : public StillBackend {
 
  private:
   SteadyClock clock_;
-  World world_{"card", 0.02, 7};
+  std::shared_ptr<World> world_;
   PtpCameraFirmware firmware_;
   StillUsbFirmware usb_;
   UsbDevicePeer peer_;
