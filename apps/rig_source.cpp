@@ -3,6 +3,10 @@
 #ifdef WHEATSTONE_HAS_HIDAPI
 #include "hardware/hid/hid_drivers.h"
 #endif
+#include "hardware/still/replay_camera.h"
+#ifdef WHEATSTONE_HAS_GPHOTO2
+#include "hardware/still/gphoto_driver.h"
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
 #endif
@@ -29,6 +33,12 @@ DriverCatalogue all_drivers() {
 #else
   catalogue.add_missing("hid-relay", "libhidapi-dev");
   catalogue.add_missing("blink1", "libhidapi-dev");
+#endif
+  add_replay_driver(catalogue);
+#ifdef WHEATSTONE_HAS_GPHOTO2
+  add_gphoto_driver(catalogue);
+#else
+  catalogue.add_missing("gphoto2", "libgphoto2-dev");
 #endif
 #ifdef WHEATSTONE_HAS_V4L2
   add_v4l2_driver(catalogue);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/camera_raw.h"
 #include "capture/noise_profile.h"
+#include "core/camera_raw.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/json.h"

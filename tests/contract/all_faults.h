@@ -7,6 +7,7 @@
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/lights/lights_faults.h"
 #include "tests/contract/stage_faults.h"
+#include "tests/contract/still/still_faults.h"
 #include "tests/contract/video/video_faults.h"
 
 namespace wheatstone {
@@ -15,6 +16,8 @@ namespace wheatstone {
 inline std::vector<std::span<const FaultCase>> all_faults() {
   return {kGrblFaults,
           kArduinoGantryFaults,
+          kGphotoFaults,
+          kReplayFaults,
           kV4l2Faults,
           kHidRelayFaults,
           kBlink1Faults,
@@ -22,6 +25,7 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
           kSimulatedStageFaults,
+          kSimulatedStillFaults,
           kSimulatedVideoFaults,
           kSimulatedMarkersFaults,
           kSimulatedLightSensorFaults,

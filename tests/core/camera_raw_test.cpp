@@ -1,4 +1,4 @@
-#include "capture/camera_raw.h"
+#include "core/camera_raw.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,9 @@
 // Camera raw files (DNG, ARW, CR2, ...) through LibRaw: what the file says, nothing assumed.
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "core/image.h"
@@ -23,5 +25,8 @@ struct CameraRaw {
 /// red, green and blue, no white level above black, larger than 200 Mpixel or than the file's own
 /// length makes plausible.
 CameraRaw read_camera_raw(const std::filesystem::path&);
+
+/// The same of a file in memory; `name` stands for it in errors.
+CameraRaw decode_camera_raw(std::span<const std::byte>, const std::filesystem::path& name);
 
 }  // namespace wheatstone

@@ -1,4 +1,4 @@
-#include "capture/camera_raw.h"
+#include "core/camera_raw.h"
 
 #include <libraw/libraw.h>
 
@@ -90,13 +90,13 @@ std::string text(const char (&field)[N]) {
 
 }  // namespace
 
-CameraRaw read_camera_raw(const std::filesystem::path& path) {
-  std::vector<std::byte> bytes = read_bytes(path);
+CameraRaw decode_camera_raw(std::span<const std::byte> bytes, const std::filesystem::path& path) {
   const auto raw = std::make_unique<LibRaw>();
   raw->imgdata.params.max_raw_memory_mb = kMaxMemory_mb;
   ExifExposure exif;
   raw->set_exifparser_handler(note_exposure, &exif);
-  require(raw->open_buffer(bytes.data(), bytes.size()), path);
+  // It only reads what it takes as changeable.
+  require(raw->open_buffer(const_cast<std::byte*>(bytes.data()), bytes.size()), path);
   const libraw_image_sizes_t& sizes = raw->imgdata.sizes;
   const double pixels = static_cast<double>(sizes.raw_width) * sizes.raw_height;
   if (pixels > kMaxPixels ||
@@ -133,6 +133,10 @@ CameraRaw read_camera_raw(const std::filesystem::path& path) {
   out.camera = text(raw->imgdata.idata.make) + " " + text(raw->imgdata.idata.model);
   out.serial = text(raw->imgdata.shootinginfo.BodySerial);
   return out;
+}
+
+CameraRaw read_camera_raw(const std::filesystem::path& path) {
+  return decode_camera_raw(read_bytes(path), path);
 }
 
 }  // namespace wheatstone
