@@ -44,7 +44,8 @@ void doctor(const std::string& file, bool as_json) {
                  {"rig", rig.name},
                  {"opengl", graphics()},
                  {"devices", json::array()},
-                 {"other_serial_lines", other_serial_lines(rig)}};
+                 {"other_serial_lines", other_serial_lines(rig)},
+                 {"other_usb_devices", other_usb_devices(rig)}};
   int wrong = report["opengl"]["status"] != "ok";
   for (const DeviceDiagnosis& d : diagnose(rig)) {
     wrong += d.status != "ok";
@@ -76,6 +77,8 @@ void doctor(const std::string& file, bool as_json) {
                                    text(d, "firmware").empty() ? "" : " " + text(d, "firmware")));
     for (const json& line : report["other_serial_lines"])
       fmt::print("{:18} {:12} {}\n", "serial line", "not named", line.get<std::string>());
+    for (const json& device : report["other_usb_devices"])
+      fmt::print("{:18} {:12} {}\n", "USB device", "not named", device.get<std::string>());
   }
   if (wrong > 0)
     throw ArgumentError(

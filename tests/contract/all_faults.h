@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/contract/head_tracker_faults.h"
+#include "tests/contract/leds/led_faults.h"
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/stage_faults.h"
 #include "tests/contract/video/video_faults.h"
@@ -15,11 +16,14 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
   return {kGrblFaults,
           kArduinoGantryFaults,
           kV4l2Faults,
+          kFadecandyFaults,
+          kE131Faults,
           kPhotodiodeFaults,
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
           kSimulatedStageFaults,
           kSimulatedVideoFaults,
+          kSimulatedLedFaults,
           kSimulatedLightSensorFaults,
           kSimulatedHeadTrackerFaults};
 }
