@@ -63,7 +63,11 @@ class FadecandyFaults : public ::testing::TestWithParam<FaultCase> {
     led_world();
     warm_up_usb();
   }
-  std::optional<MockResources> resources_{0.2};
+  FadecandyFaults() {
+    settle_handles();
+    resources_.emplace(0.2);
+  }
+  std::optional<MockResources> resources_;
 };
 
 void expect_not_opened(const FaultCase& fault) {
