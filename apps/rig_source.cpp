@@ -6,6 +6,12 @@
 #include "hardware/still/replay_camera.h"
 #ifdef WHEATSTONE_HAS_GPHOTO2
 #include "hardware/still/gphoto_driver.h"
+#include <algorithm>
+
+#include "hardware/network/e131_driver.h"
+#ifdef WHEATSTONE_HAS_LIBUSB
+#include "hardware/usb/fadecandy.h"
+#include "hardware/usb/fadecandy_driver.h"
 #endif
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
@@ -39,6 +45,11 @@ DriverCatalogue all_drivers() {
   add_gphoto_driver(catalogue);
 #else
   catalogue.add_missing("gphoto2", "libgphoto2-dev");
+  add_e131_driver(catalogue);
+#ifdef WHEATSTONE_HAS_LIBUSB
+  add_fadecandy_driver(catalogue);
+#else
+  catalogue.add_missing("fadecandy", "libusb-1.0-0-dev");
 #endif
 #ifdef WHEATSTONE_HAS_V4L2
   add_v4l2_driver(catalogue);
@@ -46,6 +57,26 @@ DriverCatalogue all_drivers() {
   catalogue.add_missing("v4l2", "linux-libc-dev");
 #endif
   return catalogue;
+}
+
+std::vector<std::string> other_usb_devices([[maybe_unused]] const RigDescription& rig) {
+  std::vector<std::string> out;
+#ifdef WHEATSTONE_HAS_LIBUSB
+  const auto lines = rig.devices();
+  try {
+    for (const UsbFound& f : list_fadecandies()) {
+      const bool ours = std::any_of(lines.begin(), lines.end(), [&](const auto& line) {
+        return line.driver == "fadecandy" &&
+               (line.address == kOnlyFadecandy || line.address == "usb " + f.serial);
+      });
+      if (!ours)
+        out.push_back("Fadecandy, usb_serial \"" + f.serial + "\"" +
+                      (f.trouble.empty() ? "" : " (" + f.trouble + ")"));
+    }
+  } catch (const DeviceError&) {  // a machine without USB
+  }
+#endif
+  return out;
 }
 
 RigSource::RigSource(const SimulatedRigOptions& options)

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hardware/rig_file/rig_file.h"
 #include "sim/simulated_rig.h"
@@ -13,6 +14,9 @@ namespace wheatstone::apps {
 
 /// All drivers that this program was built with.
 DriverCatalogue all_drivers();
+
+/// USB devices that drivers of this program know and the rig has not named, for people.
+std::vector<std::string> other_usb_devices(const RigDescription&);
 
 class RigSource {
  public:

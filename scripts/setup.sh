@@ -11,6 +11,7 @@ WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libgtest-dev libgmock-dev libbenchmark-dev glslang-tools
  libhidapi-dev libhidapi-hidraw0 libusb-1.0-0-dev libgphoto2-dev
  libumockdev-dev umockdev v4l-utils usbrelay gphoto2"
+ libumockdev-dev umockdev v4l-utils libusb-1.0-0-dev usbutils"
 
 missing=""
 for package in $WHEATSTONE_PACKAGES; do

@@ -64,6 +64,7 @@ void doctor(const std::string& file, bool as_json) {
                  {"devices", json::array()},
                  {"other_serial_lines", other_serial_lines(rig)},
                  {"other_lights", other_lights(rig)}};
+                 {"other_usb_devices", other_usb_devices(rig)}};
   int wrong = report["opengl"]["status"] != "ok";
   for (const DeviceDiagnosis& d : diagnose(rig)) {
     wrong += d.status != "ok";
@@ -100,6 +101,8 @@ void doctor(const std::string& file, bool as_json) {
                  text(light, "address").empty() ? "one" : text(light, "address"),
                  text(light, "node"),
                  text(light, "problem").empty() ? "" : ": " + text(light, "problem"));
+    for (const json& device : report["other_usb_devices"])
+      fmt::print("{:18} {:12} {}\n", "USB device", "not named", device.get<std::string>());
   }
   if (wrong > 0)
     throw ArgumentError(

@@ -36,25 +36,6 @@ E131Settings checked(const E131Settings& s) {
   return s;
 }
 
-int universes_for(const E131Settings& s) {
-  const int leds = s.mapping.rows * s.mapping.columns;
-  const int universes = (leds + s.leds_per_universe - 1) / s.leds_per_universe;
-  if (s.first_universe < 1 || s.first_universe + universes > kE131LastUniverse)
-    throw ArgumentError(fmt::format("{} universes from {} on are not all in [1, {}]", universes,
-                                    s.first_universe, kE131LastUniverse),
-                        "use a lower first universe");
-  return universes;
-}
-
-int sync_universe_for(const E131Settings& s, int universes) {
-  if (s.sync_universe < 0 || s.sync_universe > kE131LastUniverse ||
-      (s.sync_universe >= s.first_universe && s.sync_universe < s.first_universe + universes))
-    throw ArgumentError(fmt::format("universe {} cannot synchronise", s.sync_universe),
-                        "use one that carries no LEDs");
-  if (s.sync_universe) return s.sync_universe;
-  return universes > 1 ? s.first_universe + universes : 0;
-}
-
 /// The same for the same machine and universes.
 E131Source source_for(const E131Settings& s) {
   char host[256] = {};
@@ -75,14 +56,27 @@ E131Source source_for(const E131Settings& s) {
 
 }  // namespace
 
+E131Universes e131_universes(const E131Settings& s) {
+  const int leds = s.mapping.rows * s.mapping.columns;
+  const int count = (leds + s.leds_per_universe - 1) / s.leds_per_universe;
+  const int sync = s.sync_universe == 0 && count > 1 ? s.first_universe + count : s.sync_universe;
+  if (s.first_universe < 1 || std::max(s.first_universe + count - 1, sync) > kE131LastUniverse)
+    throw ArgumentError(fmt::format("{} universes from {} on are not all in [1, {}]", count,
+                                    s.first_universe, kE131LastUniverse),
+                        "use a lower first universe");
+  if (sync < 0 || (sync >= s.first_universe && sync < s.first_universe + count))
+    throw ArgumentError(fmt::format("universe {} cannot synchronise", sync),
+                        "use one that carries no LEDs");
+  return {count, sync};
+}
+
 E131LedArray::E131LedArray(const E131Settings& settings)
     : settings_(checked(settings)),
       place_of_led_(places_on_wire(settings.mapping)),
-      universes_(universes_for(settings)),
-      sync_universe_(sync_universe_for(settings, universes_)),
+      universes_(e131_universes(settings)),
       source_(source_for(settings)) {
-  for (int i = 0; i < universes_ + (sync_universe_ ? 1 : 0); ++i) {
-    const int universe = i < universes_ ? settings_.first_universe + i : sync_universe_;
+  for (int i = 0; i < universes_.count + (universes_.sync ? 1 : 0); ++i) {
+    const int universe = i < universes_.count ? settings_.first_universe + i : universes_.sync;
     channels_.emplace_back(
         "the E1.31 LED array",
         settings_.address.empty() ? e131_multicast_address(universe) : settings_.address,
@@ -90,7 +84,7 @@ E131LedArray::E131LedArray(const E131Settings& settings)
   }
   sequences_.resize(channels_.size());
   black_ = datagrams({cv::Mat3f::zeros(rows(), columns())});
-  if (sync_universe_) sync_ = e131_sync(source_, sync_universe_);
+  if (universes_.sync) sync_ = e131_sync(source_, universes_.sync);
   // Twice, so far apart that one of them is not behind what a receiver still has of us.
   for (int i = 0; i < 2; ++i) {
     if (const int error = send(black_))
@@ -114,7 +108,7 @@ E131LedArray::~E131LedArray() {
 DeviceIdentity E131LedArray::identity() const {
   return {"e131",
           fmt::format("universes {} to {}", settings_.first_universe,
-                      settings_.first_universe + universes_ - 1),
+                      settings_.first_universe + universes_.count - 1),
           "", "",
           fmt::format("udp {}:{}", settings_.address.empty() ? "multicast" : settings_.address,
                       settings_.port)};
@@ -133,10 +127,10 @@ E131LedArray::Frame E131LedArray::datagrams(const LedFrame& frame) const {
                                      1 / settings_.response_gamma[c])));
   }
   Frame out;
-  for (int u = 0; u < universes_; ++u) {
+  for (int u = 0; u < universes_.count; ++u) {
     const std::size_t first = static_cast<std::size_t>(u) * each,
                       count = std::min(each, leds - first);
-    out.push_back(e131_data(source_, settings_.first_universe + u, sync_universe_,
+    out.push_back(e131_data(source_, settings_.first_universe + u, universes_.sync,
                             std::span(codes).subspan(3 * first, 3 * count)));
   }
   return out;
@@ -154,7 +148,7 @@ int E131LedArray::send_one(std::size_t channel, std::vector<std::uint8_t>& datag
 int E131LedArray::send(Frame& frame) noexcept {
   for (std::size_t u = 0; u < frame.size(); ++u)
     if (const int error = send_one(u, frame[u], kE131DataSequenceAt)) return error;
-  if (sync_universe_)
+  if (universes_.sync)
     if (const int error = send_one(channels_.size() - 1, sync_, kE131SyncSequenceAt)) return error;
   for (UdpSender& channel : channels_)
     if (const int error = channel.take_error()) return error;

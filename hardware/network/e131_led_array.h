@@ -31,6 +31,13 @@ struct E131Settings {
   Duration keep_alive = Duration::of(1);  // receivers give a stream up after 2.5 s
 };
 
+struct E131Universes {
+  int count = 0;  // from the first on, with LEDs
+  int sync = 0;   // 0: none
+};
+/// Throws ArgumentError for settings whose universes are not all there are.
+E131Universes e131_universes(const E131Settings&);
+
 /// Nothing comes back over E1.31: a frame "shows" when it has been sent. That nobody listens is
 /// noticed where the controller's system says so, at the frame after. A thread repeats the last
 /// frame as long as the object lives.
@@ -64,7 +71,7 @@ class E131LedArray final : public LedArray {
 
   const E131Settings settings_;
   const std::vector<int> place_of_led_;
-  const int universes_, sync_universe_;
+  const E131Universes universes_;
   const E131Source source_;
 
   std::mutex mutex_;  // of all below

@@ -126,8 +126,8 @@ void Fadecandy::set_frame(const LedFrame& frame, Deadline deadline) {
     if (counts_frames_) before = frames_received(deadline);
     usb_.write(kOut, fadecandy_frame(pixels), deadline);
     if (before) wait_until_received(*before, deadline);
-  } catch (const DeviceError&) {
-    if (switched_off_ == switched_off) throw;
+  } catch (const DeviceError& e) {
+    if (switched_off_ == switched_off || e.kind() == Kind::kDisconnected) throw;
   }
   if (switched_off_ == switched_off) return;
   usb_.write_at_once(kOut, black_);

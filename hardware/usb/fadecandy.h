@@ -57,6 +57,9 @@ class Fadecandy final : public LedArray {
   std::atomic<std::uint32_t> switched_off_ = 0;  // how often
 };
 
+/// In place of an address where there is no serial.
+inline constexpr const char* kOnlyFadecandy = "usb fadecandy";
+
 std::vector<UsbFound> list_fadecandies();
 
 /// For each LED, row by row, its pixel among the 512. Throws ArgumentError.

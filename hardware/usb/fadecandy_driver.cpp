@@ -25,7 +25,7 @@ DevicePlan<LedArray> read_fadecandy(const TomlTable& table) {
   } catch (const ArgumentError& e) {
     table.fail("leds_per_strand", e.what());
   }
-  return {"", s.usb_serial.empty() ? "usb fadecandy" : "usb " + s.usb_serial, "",
+  return {"", s.usb_serial.empty() ? kOnlyFadecandy : "usb " + s.usb_serial, "",
           [s](RigContext&) -> std::unique_ptr<LedArray> { return std::make_unique<Fadecandy>(s); }};
 }
 

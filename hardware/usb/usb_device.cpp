@@ -75,16 +75,28 @@ std::string trouble(int error) {
                      remedy_for(kind_of_error(error)));
 }
 
-std::string text_of(libusb_device_handle* handle, std::uint8_t index) {
+/// None: it does not answer.
+std::optional<std::string> text_of(libusb_device_handle* handle, std::uint8_t index) {
   constexpr std::uint16_t kEnglish = 0x0409;
   constexpr unsigned kPatienceMs = 100;  // much less than libusb's own
   std::array<unsigned char, 255> bytes{};
-  if (index == 0) return {};
+  if (index == 0) return "";
   const int n =
       libusb_control_transfer(handle, LIBUSB_ENDPOINT_IN, LIBUSB_REQUEST_GET_DESCRIPTOR,
                               static_cast<std::uint16_t>(LIBUSB_DT_STRING << 8 | index), kEnglish,
                               bytes.data(), static_cast<std::uint16_t>(bytes.size()), kPatienceMs);
+  if (n == LIBUSB_ERROR_TIMEOUT) return std::nullopt;
   return n < 0 ? std::string() : usb_text({bytes.data(), static_cast<std::size_t>(n)});
+}
+
+void read_texts(libusb_device_handle* handle, const libusb_device_descriptor& d, UsbFound& found) {
+  for (const auto& [text, index] :
+       {std::pair{&found.serial, d.iSerialNumber}, std::pair{&found.model, d.iProduct},
+        std::pair{&found.manufacturer, d.iManufacturer}}) {
+    const auto answer = text_of(handle, index);
+    if (!answer) return;
+    *text = *answer;
+  }
 }
 
 struct Opened {
@@ -111,9 +123,7 @@ std::vector<Opened> open_all(libusb_context* context, std::uint16_t vendor, std:
       one.found.trouble = trouble(r);
     } else {
       one.handle.reset(handle);
-      one.found.manufacturer = text_of(handle, d.iManufacturer);
-      one.found.model = text_of(handle, d.iProduct);
-      one.found.serial = text_of(handle, d.iSerialNumber);
+      read_texts(handle, d, one.found);
     }
     out.push_back(std::move(one));
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/contract/head_tracker_faults.h"
+#include "tests/contract/leds/led_faults.h"
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/lights/lights_faults.h"
 #include "tests/contract/stage_faults.h"
@@ -21,6 +22,8 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
           kV4l2Faults,
           kHidRelayFaults,
           kBlink1Faults,
+          kFadecandyFaults,
+          kE131Faults,
           kPhotodiodeFaults,
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
@@ -28,6 +31,7 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
           kSimulatedStillFaults,
           kSimulatedVideoFaults,
           kSimulatedMarkersFaults,
+          kSimulatedLedFaults,
           kSimulatedLightSensorFaults,
           kSimulatedHeadTrackerFaults};
 }

@@ -29,7 +29,7 @@ UsbReply FadecandyFirmware::control(const UsbSetup& setup, std::span<const std::
   if (silent || mute) return {UsbReply::End::kNothingYet, {}};
   const bool counter = setup.request_type == 0xc0 && setup.request == 1 && setup.index <= 1;
   if (!counter) return UsbFirmware::control(setup, data, now);
-  if (!options_.counts_frames || sees_request_stall) return {UsbReply::End::kStall, {}};
+  if (!options_.counts_frames || stops_counting) return {UsbReply::End::kStall, {}};
   UsbReply reply;
   for (std::size_t i = 0; i < counter_bytes; ++i)
     reply.bytes.push_back(i < 4 ? static_cast<std::uint8_t>(frames_ >> (8 * i)) : 0);

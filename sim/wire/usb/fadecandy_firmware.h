@@ -42,8 +42,8 @@ class FadecandyFirmware final : public UsbFirmware {
   bool loses_frames = false;  // takes packets and drops them
   int unplugs_after = -1;     // packets; -1: never
   std::size_t counter_bytes = 4;
-  bool sees_request_stall = false;  // answers requests by stalling from now on
-  Nanoseconds late_ns = 0;          // takes each transfer so much later
+  bool stops_counting = false;  // stalls requests for its counter
+  Nanoseconds late_ns = 0;      // takes each transfer so much later
 
  private:
   void packet(std::span<const std::uint8_t>);

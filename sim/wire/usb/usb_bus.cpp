@@ -43,6 +43,13 @@ std::string hex(const std::vector<std::uint8_t>& bytes) {
   return out;
 }
 
+/// umockdev takes only text.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return text;
+}
+
 UsbSetup parse_setup(const std::uint8_t* b) {
   const auto word = [&](int at) { return static_cast<std::uint16_t>(b[at] | b[at + 1] << 8); };
   return {b[0], b[1], word(2), word(4), word(6)};
@@ -148,7 +155,8 @@ struct UsbDevicePeer::Impl {
   std::unique_ptr<Doorbell> doorbell;
   OwnedGObject<UMockdevIoctlBase> handler;
 
-  std::mutex mutex;  // of all below and of the firmware
+  std::mutex removal;  // before the next one
+  std::mutex mutex;    // of all below and of the firmware
   std::condition_variable_any changed;
   std::set<UMockdevIoctlClient*> clients;
   std::map<std::uint32_t, UMockdevIoctlClient*> claims;  // by interface
@@ -189,7 +197,7 @@ UsbDevicePeer::Impl::Impl(MockBed& b, UsbFirmware& f, const std::string& port)
                                                          {"product", description.model},
                                                          {"serial", description.serial}};
   for (const auto& [name, value] : strings)
-    if (!value.empty()) text += fmt::format("A: {}={}\\n\n", name, value);
+    if (!value.empty()) text += fmt::format("A: {}={}\\n\n", name, printable(value));
   text += "\n";
   for (std::size_t i = 0; i < description.interfaces.size(); ++i) {
     const UsbInterface& f_i = description.interfaces[i];
@@ -433,6 +441,7 @@ void UsbDevicePeer::Impl::pull_out() {
 }
 
 void UsbDevicePeer::Impl::take_away() {
+  const std::lock_guard whole(removal);  // whoever comes second waits until it is done
   {
     const std::lock_guard lock(mutex);
     if (std::exchange(taken_away, true)) return;

@@ -2,6 +2,7 @@
 // Everything that is an LED array and needs no umockdev, for tests that do not know which: the
 // twin, and the E1.31 driver with an emulated controller.
 
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -16,6 +17,7 @@ namespace wheatstone {
 
 class LedBackend {
  public:
+  explicit LedBackend(World& world) : world_(world) { world_.light = {}; }
   virtual ~LedBackend() = default;
   virtual LedArray& leds() = 0;
   virtual void close() {}  // destroys leds(), where it is a driver
@@ -26,11 +28,11 @@ class LedBackend {
     const std::lock_guard lock(world_.mutex);
     return world_.light.led_drive;
   }
-  /// What is sent takes its time: whether the light becomes this, within a hundredth.
-  bool shows(double light_expected) {
+  /// What is sent takes its time: whether the light becomes this.
+  bool shows(double light_expected, double tolerance = 0.01) {
     SteadyClock clock;
     const Nanoseconds end = clock.in(Duration::of(1)).at_ns;
-    while (std::abs(light() - light_expected) > 0.01) {
+    while (std::abs(light() - light_expected) > tolerance) {
       if (clock.now_ns() > end) return false;
       clock.wait_until(clock.now_ns() + 500'000);
     }
@@ -39,11 +41,19 @@ class LedBackend {
   World& world() { return world_; }
 
  protected:
-  World world_{"card", 0.02, 7};
+  World& world_;
 };
+
+/// For one backend after the other; it takes a while to build.
+inline World& led_world() {
+  static World world("card", 0.02, 7);
+  return world;
+}
 
 class TwinLedBackend final : public LedBackend {
  public:
+  TwinLedBackend() : LedBackend(led_world()) {}
+  ~TwinLedBackend() override { world_.faults.reconnect("leds"); }
   LedArray& leds() override { return leds_; }
   Clock& clock() override { return world_.clock; }
   void unplug() override { world_.faults.arm("leds", DeviceError::Kind::kDisconnected); }
@@ -62,6 +72,7 @@ inline LedMapping odd_mapping() {
 
 class E131Backend final : public LedBackend {
  public:
+  E131Backend() : LedBackend(led_world()) {}
   LedArray& leds() override {
     if (!leds_) leds_ = std::make_unique<E131LedArray>(settings());
     return *leds_;

@@ -29,7 +29,7 @@ inline FadecandySettings odd_fadecandy() {
 class FadecandyBackend final : public LedBackend {
  public:
   explicit FadecandyBackend(const FadecandyFirmwareOptions& options = {})
-      : firmware_(ceiling_, options), peer_(mock_bed(), firmware_) {}
+      : LedBackend(led_world()), firmware_(ceiling_, options), peer_(mock_bed(), firmware_) {}
   LedArray& leds() override {
     if (!leds_) leds_ = std::make_unique<Fadecandy>(odd_fadecandy());
     return *leds_;

@@ -2,15 +2,13 @@
 // Everything that is a video camera, for tests that do not know which: the twin, and the V4L2
 // driver on an emulated camera, with each way of transfer.
 
-#include <filesystem>
 #include <memory>
-#include <thread>
 
 #include "hardware/video/v4l2_camera.h"
 #include "sim/video_camera.h"
 #include "sim/wire/video/v4l2_peer.h"
 #include "sim/world.h"
-#include "tests/contract/resources.h"
+#include "tests/contract/mock_resources.h"
 
 namespace wheatstone {
 
@@ -73,36 +71,17 @@ inline VideoBed& video_bed() {
   return bed;
 }
 
-inline std::ptrdiff_t open_handles() {
-  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
-}
-
 /// Starts the threads of libraries and of the emulation, and waits till it has let go of its
 /// client.
 inline void warm_up_video() {
   World("card", 0.02, 7);
   V4l2Backend(video_bed()).camera();
-  SteadyClock clock;
-  for (std::ptrdiff_t before = -1, now = open_handles(); now != before;) {
-    before = now;
-    clock.wait_until(clock.now_ns() + 60'000'000);
-    now = open_handles();
-  }
+  settle_handles();
 }
 
-/// ResourceWatch, once the emulation has noticed that its client is gone.
-class VideoResources {
- public:
-  ~VideoResources() {
-    const SteadyClock clock;
-    const Nanoseconds end = clock.in(Duration::of(1)).at_ns;
-    while (open_handles() > before_ && clock.now_ns() < end)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-
- private:
-  ResourceWatch watch_{1.0};  // worlds and pictures take their time
-  std::ptrdiff_t before_ = open_handles();
+/// Worlds and pictures take their time.
+struct VideoResources : MockResources {
+  VideoResources() : MockResources(1.0) {}
 };
 
 }  // namespace wheatstone

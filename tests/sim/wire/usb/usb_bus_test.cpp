@@ -7,10 +7,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <ctime>
-#include <deque>
 #include <memory>
+#include <string>
 #include <thread>
+
+#include "tests/sim/wire/usb/echo_firmware.h"
 
 namespace wheatstone {
 namespace {
@@ -22,60 +25,6 @@ MockBed& bed() {
   static MockBed one;
   return one;
 }
-
-/// Sends back what it receives, a word on demand on its interrupt endpoint.
-class Echo final : public UsbFirmware {
- public:
-  UsbDescription description() const override {
-    UsbDescription d;
-    d.vendor = 0x1209;
-    d.product = 0x0001;
-    d.version = 0x0123;
-    d.manufacturer = "Wheatstone";
-    d.model = "Echo";
-    d.serial = "E7";
-    d.interfaces = {{0xff,
-                     0,
-                     0,
-                     {{0x01, UsbEndpoint::Type::kBulk, 64},
-                      {0x82, UsbEndpoint::Type::kBulk, 64},
-                      {0x83, UsbEndpoint::Type::kInterrupt, 8}}}};
-    return d;
-  }
-  UsbReply control(const UsbSetup& s, std::span<const std::uint8_t> data,
-                   Nanoseconds now) override {
-    if (s.request_type == 0x40 && s.request == 7) {
-      held.assign(data.begin(), data.end());
-      return {};
-    }
-    if (s.request_type == 0xc0 && s.request == 7) return {UsbReply::End::kDone, held};
-    return UsbFirmware::control(s, data, now);
-  }
-  UsbReply receive(std::uint8_t, std::span<const std::uint8_t> bytes, Nanoseconds) override {
-    if (stall) return {UsbReply::End::kStall, {}};
-    if (gone) return {UsbReply::End::kUnplugged, {}};
-    queue.emplace_back(bytes.begin(), bytes.end());
-    return {};
-  }
-  UsbReply send(std::uint8_t endpoint, std::size_t, Nanoseconds now) override {
-    if (endpoint == 0x83) {
-      if (now < event_ns) return {UsbReply::End::kNothingYet, {}};
-      event_ns = kNever;
-      return {UsbReply::End::kDone, {1, 2}};
-    }
-    if (queue.empty()) return {UsbReply::End::kNothingYet, {}};
-    UsbReply reply{UsbReply::End::kDone, queue.front()};
-    queue.pop_front();
-    return reply;
-  }
-  void halt_cleared(std::uint8_t) override { stall = false; }
-  Nanoseconds next_event() const override { return event_ns; }
-
-  Bytes held;
-  std::deque<Bytes> queue;
-  Nanoseconds event_ns = kNever;
-  bool stall = false, gone = false;
-};
 
 class UsbBus : public ::testing::Test {
  protected:
@@ -138,6 +87,21 @@ TEST_F(UsbBus, ListsTheDeviceWithItsDescriptors) {
   std::array<unsigned char, 64> text{};
   EXPECT_EQ(libusb_get_string_descriptor_ascii(handle_, d.iSerialNumber, text.data(), 64), 2);
   EXPECT_STREQ(reinterpret_cast<char*>(text.data()), "E7");
+}
+
+TEST_F(UsbBus, AnotherProgramSeesTheSameDevice) {
+  const std::string client = WHEATSTONE_LSUSB;
+  if (client.empty()) GTEST_SKIP() << "lsusb is not installed (package usbutils)";
+  const std::string command = "timeout 20 " + client + " -v -d 1209:0001 2>/dev/null";
+  std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe.get()))
+    text.append(buffer.data(), n);
+  EXPECT_EQ(::pclose(pipe.release()), 0);
+  for (const char* expected :
+       {"bcdDevice            1.23", "3 E7", "2 Echo", "EP 2 IN", "Interrupt"})
+    EXPECT_THAT(text, ::testing::HasSubstr(expected));
 }
 
 TEST_F(UsbBus, CarriesControlTransfers) {
