@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,9 @@
 #include "apps/rig_source.h"
 #include "core/error.h"
 #include "hardware/rig_file/diagnosis.h"
+#ifdef WHEATSTONE_HAS_GPHOTO2
+#include "hardware/still/gphoto_camera.h"
+#endif
 #include "rendering/gl/offscreen.h"
 
 namespace wheatstone::apps {
@@ -38,6 +42,23 @@ std::vector<std::string> other_serial_lines(const RigDescription& rig) {
   return out;
 }
 
+/// Still cameras on USB that no device of the rig file is.
+json other_still_cameras([[maybe_unused]] const std::vector<DeviceDiagnosis>& devices) {
+  json out = json::array();
+#ifdef WHEATSTONE_HAS_GPHOTO2
+  for (const StillCameraFound& camera : list_still_cameras()) {
+    const bool ours = std::any_of(devices.begin(), devices.end(), [&](const DeviceDiagnosis& d) {
+      return d.status == "ok" && d.driver == "gphoto2" && d.identity.serial == camera.serial;
+    });
+    if (ours) continue;
+    json line = {{"model", camera.model}, {"address", camera.address}, {"serial", camera.serial}};
+    if (!camera.trouble.empty()) line["problem"] = camera.trouble;
+    out.push_back(line);
+  }
+#endif
+  return out;
+}
+
 void doctor(const std::string& file, bool as_json) {
   const RigDescription rig = read_rig_file(file, all_drivers());
   json report = {{"schema", "wheatstone-doctor/1"},
@@ -46,7 +67,9 @@ void doctor(const std::string& file, bool as_json) {
                  {"devices", json::array()},
                  {"other_serial_lines", other_serial_lines(rig)}};
   int wrong = report["opengl"]["status"] != "ok";
-  for (const DeviceDiagnosis& d : diagnose(rig)) {
+  const std::vector<DeviceDiagnosis> devices = diagnose(rig);
+  report["other_still_cameras"] = other_still_cameras(devices);
+  for (const DeviceDiagnosis& d : devices) {
     wrong += d.status != "ok";
     json line = {
         {"role", d.role}, {"driver", d.driver}, {"address", d.address}, {"status", d.status}};
@@ -76,6 +99,10 @@ void doctor(const std::string& file, bool as_json) {
                                    text(d, "firmware").empty() ? "" : " " + text(d, "firmware")));
     for (const json& line : report["other_serial_lines"])
       fmt::print("{:18} {:12} {}\n", "serial line", "not named", line.get<std::string>());
+    for (const json& c : report["other_still_cameras"])
+      fmt::print("{:18} {:12} {} at {}, {}\n", "still camera", "not named", text(c, "model"),
+                 text(c, "address"),
+                 c.contains("problem") ? text(c, "problem") : "serial " + text(c, "serial"));
   }
   if (wrong > 0)
     throw ArgumentError(
