@@ -335,11 +335,14 @@ std::optional<CapturePlan> recorded_plan(const Dataset& dataset) {
   return plan_from_json(json_get<json>(records.front(), "plan", file), file);
 }
 
-std::vector<Shot> missing_shots(const Dataset& dataset, const std::vector<Shot>& shots) {
-  const auto taken = detail::taken_frames(dataset, journal_of(dataset));
-  std::vector<Shot> missing;
-  std::copy_if(shots.begin(), shots.end(), std::back_inserter(missing),
-               [&](const Shot& s) { return !taken.contains(s.file); });
+std::vector<Shot> missing_shots(const Rig& rig, const Dataset& dataset,
+                                const DatasetManifest& manifest, const CapturePlan& plan) {
+  const std::vector<json> records = journal_of(dataset);
+  if (!records.empty())
+    detail::require_same_setup(dataset, records.front(), setup_of(rig, manifest, plan));
+  const auto taken = detail::taken_frames(dataset, records);
+  std::vector<Shot> missing = shots_of(plan, rig.stage->travel());
+  std::erase_if(missing, [&](const Shot& s) { return taken.contains(s.file); });
   return missing;
 }
 

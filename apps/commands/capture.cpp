@@ -151,14 +151,13 @@ void run_capture(const CaptureOptions& options) {
     plan.exposures_s = exposures_for(plan, dataset, rig, stop.token());
   }
   Teller teller(options.as_json);
-  const std::vector<Shot> shots = shots_of(plan, rig.stage->travel());
-  teller.plan(plan, forecast(missing_shots(dataset, shots), plan, rig),
-              static_cast<int>(shots.size()));
+  const SimulatedRigOptions& twin = source.simulation();
+  const DatasetManifest manifest{"capture", twin.scene, twin.seed, twin.scale, source.name(), 0, 1};
+  teller.plan(plan, forecast(missing_shots(rig, dataset, manifest, plan), plan, rig),
+              static_cast<int>(shots_of(plan, rig.stage->travel()).size()));
   if (options.dry_run) return;
   make_folder(dataset.root());
-  const SimulatedRigOptions& twin = source.simulation();
-  capture_light_field(rig, dataset,
-                      {"capture", twin.scene, twin.seed, twin.scale, source.name(), 0, 1}, plan,
+  capture_light_field(rig, dataset, manifest, plan,
                       {[&](const json& r) {
                          watchdog.pet();
                          teller.record(r);

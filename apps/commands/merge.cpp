@@ -45,6 +45,7 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
   if (!stack.merging.noise)
     fmt::print(stderr, "{}: no \"noise\", so {} has no sigma.Y and no mask.underexposed\n",
                frames_json, out);
+  fmt::print("wrote {}\n", out);
 }
 
 void merge_dataset(const std::string& folder, const std::string& shard,
@@ -53,6 +54,8 @@ void merge_dataset(const std::string& folder, const std::string& shard,
       monitor_patches.empty() ? MonitorPatches{} : read_monitor_patches(monitor_patches);
   const MergeReport r =
       merge(open_dataset(folder), show_progress, shard_from_string(shard), patches);
+  fmt::print("hdr: {} of {} views merged, {} were there already\n", r.merged,
+             r.merged + r.there_already, r.there_already);
   if (r.merged > 0 && r.signal_to_noise > 0)
     fmt::print(
         "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "

@@ -86,7 +86,12 @@ TEST_F(CaptureTest, PlannedExposuresAreKeptWhenItGoesOn) {
   EXPECT_THAT(again.out, HasSubstr("is missing: taken again"));
   std::vector<std::string> other = planned;
   other[7] = "60";
+  const Outcome refused = run_program(other);
+  expect_refused(refused, {"plan/signal_to_noise: 40.0 there, 60.0 asked for"});
+  EXPECT_EQ(refused.out, "") << "a forecast of what will not be";
+  other.emplace_back("--dry-run");
   expect_refused(run_program(other), {"plan/signal_to_noise: 40.0 there, 60.0 asked for"});
+  other.pop_back();
   other[7] = "4000";
   other[1] = path("e");
   expect_refused(run_program(other), {"more than this camera"});
