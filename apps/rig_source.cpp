@@ -1,22 +1,5 @@
 #include "apps/rig_source.h"
 
-#ifdef WHEATSTONE_HAS_HIDAPI
-#include "hardware/hid/hid_drivers.h"
-#endif
-#include "hardware/still/replay_camera.h"
-#ifdef WHEATSTONE_HAS_GPHOTO2
-#include "hardware/still/gphoto_driver.h"
-#include <algorithm>
-
-#include "hardware/network/e131_driver.h"
-#ifdef WHEATSTONE_HAS_LIBUSB
-#include "hardware/usb/fadecandy.h"
-#include "hardware/usb/fadecandy_driver.h"
-#endif
-#ifdef WHEATSTONE_HAS_V4L2
-#include "hardware/video/v4l2_driver.h"
-#endif
-
 namespace wheatstone::apps {
 namespace {
 
@@ -28,56 +11,6 @@ void keep_if(bool described, Fitted<D>& device, const char* what) {
 }
 
 }  // namespace
-
-DriverCatalogue all_drivers() {
-  DriverCatalogue catalogue;
-  add_simulated_drivers(catalogue);
-  add_serial_drivers(catalogue);
-  add_stream_drivers(catalogue);
-#ifdef WHEATSTONE_HAS_HIDAPI
-  add_hid_drivers(catalogue);
-#else
-  catalogue.add_missing("hid-relay", "libhidapi-dev");
-  catalogue.add_missing("blink1", "libhidapi-dev");
-#endif
-  add_replay_driver(catalogue);
-#ifdef WHEATSTONE_HAS_GPHOTO2
-  add_gphoto_driver(catalogue);
-#else
-  catalogue.add_missing("gphoto2", "libgphoto2-dev");
-  add_e131_driver(catalogue);
-#ifdef WHEATSTONE_HAS_LIBUSB
-  add_fadecandy_driver(catalogue);
-#else
-  catalogue.add_missing("fadecandy", "libusb-1.0-0-dev");
-#endif
-#ifdef WHEATSTONE_HAS_V4L2
-  add_v4l2_driver(catalogue);
-#else
-  catalogue.add_missing("v4l2", "linux-libc-dev");
-#endif
-  return catalogue;
-}
-
-std::vector<std::string> other_usb_devices([[maybe_unused]] const RigDescription& rig) {
-  std::vector<std::string> out;
-#ifdef WHEATSTONE_HAS_LIBUSB
-  const auto lines = rig.devices();
-  try {
-    for (const UsbFound& f : list_fadecandies()) {
-      const bool ours = std::any_of(lines.begin(), lines.end(), [&](const auto& line) {
-        return line.driver == "fadecandy" &&
-               (line.address == kOnlyFadecandy || line.address == "usb " + f.serial);
-      });
-      if (!ours)
-        out.push_back("Fadecandy, usb_serial \"" + f.serial + "\"" +
-                      (f.trouble.empty() ? "" : " (" + f.trouble + ")"));
-    }
-  } catch (const DeviceError&) {  // a machine without USB
-  }
-#endif
-  return out;
-}
 
 RigSource::RigSource(const SimulatedRigOptions& options)
     : simulation_(options), twin_(std::make_unique<SimulatedRig>(options)) {}

@@ -12,12 +12,6 @@
 
 namespace wheatstone::apps {
 
-/// All drivers that this program was built with.
-DriverCatalogue all_drivers();
-
-/// USB devices that drivers of this program know and the rig has not named, for people.
-std::vector<std::string> other_usb_devices(const RigDescription&);
-
 class RigSource {
  public:
   /// The twin, with all its devices.

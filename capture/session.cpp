@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <span>
 
@@ -27,6 +28,13 @@ constexpr double kPositionToleranceMm = 0.5;  // reached against commanded
 constexpr double kSamePlaceMm = 0.02;         // frames of one view: a tenth of a pixel
 constexpr double kExposureTolerance = 0.12;   // nominal times are rounded by up to a sixth stop
 constexpr double kReadoutS = 2;               // after which a closed shutter is surely closed
+
+/// Fit to end a name beside the frame's own ".png".
+bool is_type_of_camera_file(const std::string& type) {
+  constexpr std::size_t kLongest = 8;
+  return !type.empty() && type.size() <= kLongest && type != "png" &&
+         std::all_of(type.begin(), type.end(), [](unsigned char c) { return std::isalnum(c); });
+}
 
 json setup_of(const Rig& rig, const DatasetManifest& manifest, const CapturePlan& plan) {
   const Intrinsics& k = rig.camera_profile.intrinsics;
@@ -214,6 +222,12 @@ class Session {
     const RawFrame raw =
         rig_.camera->expose(exposure, patience(rig_.camera->frame_duration(exposure)));
     require_the_frame(raw, shot, asked_ns);
+    if (!raw.file.empty()) {
+      const std::string file = fs::path(shot.file).replace_extension(raw.file_type).string();
+      write_bytes_atomically(dataset_.file(file), raw.file);
+      frame["camera_file"] = {
+          {"file", file}, {"bytes", raw.file.size()}, {"sha256", sha256_hex(raw.file)}};
+    }
     write_mosaic_png(dataset_.file(shot.file), raw.mosaic);
     frame["exposure_s"] = raw.exposure.value();
     frame["gain"] = raw.gain;
@@ -250,6 +264,9 @@ class Session {
       refuse(fmt::format("the camera delivered {}x{} pixels, {}", raw.mosaic.width(),
                          raw.mosaic.height(), to_string(raw.mosaic.pattern)),
              "set the camera to its full raw format");
+    if (!raw.file.empty() && !is_type_of_camera_file(raw.file_type))
+      refuse(fmt::format("the camera's file is of type '{}'", raw.file_type),
+             "set the camera to raw files");
   }
 
   void report_progress() {

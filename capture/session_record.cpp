@@ -33,10 +33,26 @@ fs::path journal_path(const Dataset& dataset) {
 }
 
 TakenFrame frame_of(const json& record, const fs::path& file) {
-  return {
-      json_get<double>(record, "commanded_mm", file), json_get<double>(record, "reached_mm", file),
-      json_get<double>(record, "exposure_s", file), json_get<std::uintmax_t>(record, "bytes", file),
-      json_get<std::string>(record, "sha256", file)};
+  const auto written = [&](const json& entry) {
+    return WrittenFile{json_get<std::string>(entry, "file", file),
+                       json_get<std::uintmax_t>(entry, "bytes", file),
+                       json_get<std::string>(entry, "sha256", file)};
+  };
+  TakenFrame frame{json_get<double>(record, "commanded_mm", file),
+                   json_get<double>(record, "reached_mm", file),
+                   json_get<double>(record, "exposure_s", file),
+                   {written(record)}};
+  if (record.contains("camera_file")) frame.files.push_back(written(record.at("camera_file")));
+  return frame;
+}
+
+/// Empty: it is what was written.
+std::string difference_of(const fs::path& path, const WrittenFile& written) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (error) return "is missing";
+  if (size != written.bytes) return "has another size";
+  return sha256_hex_of(path) == written.sha256 ? "" : "has other contents";
 }
 
 }  // namespace
@@ -97,33 +113,28 @@ bool SessionRecord::complete(const std::vector<Shot>& shots) const {
 
 void SessionRecord::verify() {
   std::map<std::string, std::string> damaged;  // why, by file
-  for (const auto& [file, frame] : taken_) {
-    const fs::path path = dataset_.file(file);
-    std::error_code error;
-    if (const auto size = fs::file_size(path, error); error)
-      damaged[file] = "is missing";
-    else if (size != frame.bytes)
-      damaged[file] = "has another size";
-    else if (sha256_hex_of(path) != frame.sha256)
-      damaged[file] = "has other contents";
-  }
+  for (const auto& [file, frame] : taken_)
+    for (const WrittenFile& written : frame.files)
+      if (const std::string why = difference_of(dataset_.file(written.file), written); !why.empty())
+        damaged[file] = (written.file == file ? "" : written.file + " ") + why;
   for (const auto& [file, why] : damaged) set_aside(file, why);
 }
 
 void SessionRecord::set_aside(const std::string& file, const std::string& why) {
-  const fs::path from = dataset_.file(file);
   json record = {{"file", file}, {"why", why}};
-  if (fs::exists(from)) {
+  for (const WrittenFile& written : taken_.at(file).files) {
+    const fs::path from = dataset_.file(written.file);
+    if (!fs::exists(from)) continue;
     // Numbered by records, so that no two have the same name.
     const std::string to = fmt::format("session/set_aside/{:04}_{}", journal_.records().size(),
-                                       fs::path(file).filename().string());
+                                       fs::path(written.file).filename().string());
     make_folder(dataset_.file(to).parent_path());
     std::error_code error;
     fs::rename(from, dataset_.file(to), error);
     if (error) throw FileError(from, "cannot be set aside (" + error.message() + ")", "move it");
     sync_folder(from.parent_path());
     sync_folder(dataset_.file(to).parent_path());
-    record["moved_to"] = to;
+    record[written.file == file ? "moved_to" : "camera_file_moved_to"] = to;
   }
   add("set aside", record);
   taken_.erase(file);

@@ -15,11 +15,16 @@
 
 namespace wheatstone::detail {
 
+/// A file as it was written.
+struct WrittenFile {
+  std::string file;
+  std::uintmax_t bytes = 0;
+  std::string sha256;
+};
 /// A frame that counts, as its record says.
 struct TakenFrame {
   double commanded_mm = 0, reached_mm = 0, exposure_s = 0;
-  std::uintmax_t bytes = 0;
-  std::string sha256;
+  std::vector<WrittenFile> files;  // the codes, and the camera's own file where it made one
 };
 /// The frames that count after all these records, by file. Errors: FileError naming the journal.
 std::map<std::string, TakenFrame> taken_frames(const Dataset&,
@@ -46,10 +51,10 @@ class SessionRecord {
   const TakenFrame* taken(const Shot& shot) const;
   bool complete(const std::vector<Shot>&) const;
 
-  /// Compares every frame's file with its record; what differs no longer counts, and its file is
+  /// Compares every frame's files with its record; what differs no longer counts, and its files are
   /// set aside.
   void verify();
-  /// The frame no longer counts; its file is moved to session/set_aside/.
+  /// The frame no longer counts; its files are moved to session/set_aside/.
   void set_aside(const std::string& file, const std::string& why);
 
   /// Exposure of a frame that was triggered last and never recorded: the shutter may be open.

@@ -10,8 +10,7 @@ WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libglm-dev libssl-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
  libgtest-dev libgmock-dev libbenchmark-dev glslang-tools
  libhidapi-dev libhidapi-hidraw0 libusb-1.0-0-dev libgphoto2-dev
- libumockdev-dev umockdev v4l-utils usbrelay gphoto2"
- libumockdev-dev umockdev v4l-utils libusb-1.0-0-dev usbutils"
+ libumockdev-dev umockdev v4l-utils usbrelay gphoto2 usbutils"
 
 missing=""
 for package in $WHEATSTONE_PACKAGES; do

@@ -9,6 +9,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
+#include "apps/drivers.h"
 #include "apps/rig_source.h"
 #include "apps/stop_on_signal.h"
 #include "capture/exposure_planning.h"

@@ -1,19 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
-#include "apps/rig_source.h"
+#include "apps/drivers.h"
 #include "core/error.h"
-#include "hardware/rig_file/diagnosis.h"
 #include "rendering/gl/offscreen.h"
-
-#ifdef WHEATSTONE_HAS_HIDAPI
-#include "hardware/hid/hid_drivers.h"
-#endif
 
 namespace wheatstone::apps {
 namespace {
@@ -29,44 +23,15 @@ json graphics() {
   }
 }
 
-/// Serial lines that no device of the rig file has, by their stable names.
-std::vector<std::string> other_serial_lines(const RigDescription& rig) {
-  std::vector<std::string> out;
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev/serial/by-id", none)) {
-    bool ours = false;
-    for (const auto& device : rig.devices())
-      ours = ours || std::filesystem::equivalent(device.address, entry.path(), none);
-    if (!ours) out.push_back(entry.path().string());
-  }
-  return out;
-}
-
-/// Marker lights that are plugged in and that no device of the rig file is.
-json other_lights([[maybe_unused]] const RigDescription& rig) {
-  json out = json::array();
-#ifdef WHEATSTONE_HAS_HIDAPI
-  for (const HidLightFound& light : list_hid_lights()) {
-    bool ours = false;
-    for (const auto& device : rig.devices()) ours = ours || device.address == light.address;
-    if (!ours)
-      out.push_back({{"address", light.address}, {"node", light.node}, {"problem", light.problem}});
-  }
-#endif
-  return out;
-}
-
 void doctor(const std::string& file, bool as_json) {
   const RigDescription rig = read_rig_file(file, all_drivers());
   json report = {{"schema", "wheatstone-doctor/1"},
                  {"rig", rig.name},
                  {"opengl", graphics()},
-                 {"devices", json::array()},
-                 {"other_serial_lines", other_serial_lines(rig)},
-                 {"other_lights", other_lights(rig)}};
-                 {"other_usb_devices", other_usb_devices(rig)}};
+                 {"devices", json::array()}};
   int wrong = report["opengl"]["status"] != "ok";
-  for (const DeviceDiagnosis& d : diagnose(rig)) {
+  const std::vector<DeviceDiagnosis> devices = diagnose(rig);
+  for (const DeviceDiagnosis& d : devices) {
     wrong += d.status != "ok";
     json line = {
         {"role", d.role}, {"driver", d.driver}, {"address", d.address}, {"status", d.status}};
@@ -78,6 +43,10 @@ void doctor(const std::string& file, bool as_json) {
       line["problem"] = d.problem;
     report["devices"].push_back(line);
   }
+  report["other_devices"] = json::array();
+  for (const OtherDevice& o : other_devices(rig, devices))
+    report["other_devices"].push_back(
+        {{"what", o.what}, {"address", o.address}, {"problem", o.problem}});
   if (as_json) {
     fmt::print("{}\n", report.dump(2));
   } else {
@@ -94,15 +63,9 @@ void doctor(const std::string& file, bool as_json) {
                                    text(d, "address").empty() ? "" : " at " + text(d, "address"),
                                    text(d, "model").empty() ? "" : ", " + text(d, "model"),
                                    text(d, "firmware").empty() ? "" : " " + text(d, "firmware")));
-    for (const json& line : report["other_serial_lines"])
-      fmt::print("{:18} {:12} {}\n", "serial line", "not named", line.get<std::string>());
-    for (const json& light : report["other_lights"])
-      fmt::print("{:18} {:12} {} on {}{}\n", "marker light", "not named",
-                 text(light, "address").empty() ? "one" : text(light, "address"),
-                 text(light, "node"),
-                 text(light, "problem").empty() ? "" : ": " + text(light, "problem"));
-    for (const json& device : report["other_usb_devices"])
-      fmt::print("{:18} {:12} {}\n", "USB device", "not named", device.get<std::string>());
+    for (const json& o : report["other_devices"])
+      fmt::print("{:18} {:12} {}{}{}\n", text(o, "what"), "not named", text(o, "address"),
+                 text(o, "problem").empty() ? "" : ": ", text(o, "problem"));
   }
   if (wrong > 0)
     throw ArgumentError(

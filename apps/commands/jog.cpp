@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "apps/commands/commands.h"
+#include "apps/drivers.h"
 #include "apps/rig_source.h"
 #include "apps/stop_on_signal.h"
 #include "core/error.h"

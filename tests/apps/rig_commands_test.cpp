@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/drivers.h"
 #include "apps/rig_source.h"
 #include "core/files.h"
 #include "hardware/transport/serial_port.h"

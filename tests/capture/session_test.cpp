@@ -7,7 +7,9 @@
 
 #include <fstream>
 #include <map>
+#include <span>
 
+#include "core/digest.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/journal.h"
@@ -256,6 +258,69 @@ TEST_F(SessionTest, DamagedAndLostFilesAreTakenAgainAndNothingIsDeleted) {
   for (const auto& entry : fs::directory_iterator(folder_.path / "session/set_aside"))
     kept += entry.is_regular_file();
   EXPECT_EQ(kept, 2);
+}
+
+/// A camera that makes files of its own.
+void make_files(TroubledRig& rig) {
+  rig.after_frame = [](int, RawFrame& frame) {
+    const auto bytes = std::as_bytes(std::span(frame.mosaic.dn[0], 64));
+    frame.file.assign(bytes.begin(), bytes.end());
+    frame.file_type = "ARW";
+  };
+}
+
+TEST_F(SessionTest, TheCamerasOwnFilesAreKeptBesideTheFrames) {
+  TroubledRig rig;
+  make_files(rig);
+  EXPECT_EQ(capture(rig, folder_.path), "no error");
+  std::map<std::string, std::vector<std::byte>> contents = dataset_contents(folder_.path);
+  int files = 0;
+  for (const json& record : Journal::read(folder_.path / "session/journal.jsonl")) {
+    if (record.at("event") != "frame") continue;
+    const json& own = record.at("camera_file");
+    EXPECT_EQ(own.at("file"),
+              fs::path(record.at("file").get<std::string>()).replace_extension("ARW").string());
+    const auto bytes = read_bytes(folder_.path / own.at("file").get<std::string>());
+    EXPECT_EQ(own.at("bytes"), bytes.size());
+    EXPECT_EQ(own.at("sha256"), sha256_hex(bytes));
+    contents.erase(own.at("file"));
+    ++files;
+  }
+  EXPECT_EQ(files, kFrames);
+  EXPECT_TRUE(contents == whole_) << "all else is as without them";
+}
+
+TEST_F(SessionTest, DamagedAndLostCameraFilesAreTakenAgainWithTheirFrames) {
+  TroubledRig rig, again;
+  make_files(rig);
+  make_files(again);
+  EXPECT_EQ(capture(rig, folder_.path), "no error");
+  const auto whole = dataset_contents(folder_.path);
+  std::fstream(folder_.path / "raw/view_001_exposure_0.ARW", std::ios::in | std::ios::out)
+      .seekp(100)
+      .put('x');
+  fs::remove(folder_.path / "raw/view_002_exposure_1.ARW");
+  EXPECT_EQ(capture(again, folder_.path), "no error");
+  EXPECT_EQ(again.frames, 2);
+  EXPECT_TRUE(dataset_contents(folder_.path) == whole);
+  std::map<std::string, int> kept;
+  for (const auto& entry : fs::directory_iterator(folder_.path / "session/set_aside"))
+    ++kept[entry.path().extension()];
+  EXPECT_EQ(kept[".ARW"], 1);
+  EXPECT_EQ(kept[".png"], 2);
+}
+
+TEST_F(SessionTest, CameraFilesOfUnfitTypesAreRefused) {
+  for (const char* type : {"", "png", "A/B", "..", "LONGER_THAN_ALL"}) {
+    const TemporaryFolder folder;
+    TroubledRig rig;
+    rig.after_frame = [&](int, RawFrame& frame) {
+      frame.file.resize(5);
+      frame.file_type = type;
+    };
+    EXPECT_THAT(capture(rig, folder.path), HasSubstr("raw files")) << type;
+    EXPECT_FALSE(fs::exists(folder.path / "raw/view_000_markers.png")) << type;
+  }
 }
 
 TEST_F(SessionTest, FramesOfOneViewComeFromOnePlace) {

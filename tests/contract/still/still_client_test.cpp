@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/camera_raw.h"
+#include "core/dataset.h"
 #include "tests/contract/still/still_backends.h"
 
 namespace wheatstone {
@@ -54,6 +55,28 @@ TEST(StillClient, AnotherProgramTakesWhatTheTwinTakes) {
   EXPECT_EQ(cv::norm(raw.mosaic.dn, expected.mosaic.dn, cv::NORM_INF), 0);
   EXPECT_EQ(raw.exposure_s, exposure.value());
   EXPECT_EQ(raw.serial, expected.camera_serial);
+}
+
+TEST(StillClient, DoctorFindsTheBodyByItsSerialAndNamesOthers) {
+  PtpCameraOptions one, other;
+  one.serial = "ONE";
+  other.serial = "OTHER";
+  World world("card", 0.02, 7);
+  const GphotoBackend first(world, one), second(world, other, StillUsbFirmware::kPcRemote, "2");
+  const TemporaryFolder folder;
+  write_camera_profile(folder.path / "camera.json", world.camera_profile);
+  write_text_atomically(folder.path / "rig.toml",
+                        "schema = \"wheatstone-rig/1\"\nname = \"test\"\n"
+                        "[camera]\ndriver = \"gphoto2\"\nserial = \"ONE\"\n"
+                        "[calibration]\ncamera = \"camera.json\"\n"
+                        "[safety]\nluminance_limit_cd_m2 = 3000\n");
+  const std::string report =
+      output_of(std::string("timeout 60 ") + WHEATSTONE_PROGRAM + " doctor --json --rig " +
+                (folder.path / "rig.toml").string() + " || true");
+  EXPECT_THAT(report, HasSubstr(R"("serial": "ONE")"));
+  EXPECT_THAT(report, HasSubstr("serial OTHER"));
+  EXPECT_LT(report.find(R"("serial": "ONE")"), report.find("other_devices"));
+  EXPECT_GT(report.find("serial OTHER"), report.find("other_devices"));
 }
 
 }  // namespace
