@@ -17,28 +17,12 @@
 #include <thread>
 #include <utility>
 
-#include "hardware/device_error.h"
-
 namespace wheatstone {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = DeviceError::Kind;
 
 constexpr std::size_t kUserPointerAt = offsetof(v4l2_buffer, m);
-
-void require(bool done, GError* error, const char* what) {
-  const std::string reason = error ? error->message : "no reason given";
-  if (error) g_error_free(error);
-  if (!done)
-    throw DeviceError(Kind::kFault, fmt::format("{} ({})", what, reason), "update umockdev");
-}
-
-struct Unref {
-  void operator()(void* p) const { g_object_unref(p); }
-};
-template <class T>
-using Owned = std::unique_ptr<T, Unref>;
 
 std::string description(const V4l2PeerOptions& o) {
   const std::string port = "1-" + std::to_string(3 + o.node.back() - '0');
@@ -56,33 +40,14 @@ std::string description(const V4l2PeerOptions& o) {
 
 }  // namespace
 
-struct VideoBed::Impl {
-  Owned<UMockdevTestbed> bed;
-  fs::path root;
-};
-
-VideoBed::VideoBed() : impl_(std::make_unique<Impl>()) {
-  impl_->bed.reset(umockdev_testbed_new());
-  gchar* root = umockdev_testbed_get_root_dir(impl_->bed.get());
-  impl_->root = root;
-  g_free(root);
-  // umockdev 0.17 does not tell whether its library is preloaded: look whether it redirects.
-  fs::create_directories(impl_->root / "dev/v4l/by-id");
-  if (!fs::exists("/dev/v4l/by-id"))
-    throw DeviceError(Kind::kNotReady, "devices cannot be emulated here",
-                      "start the program by umockdev-wrapper");
-}
-
-VideoBed::~VideoBed() = default;
-
 struct V4l2Peer::Impl {
-  Impl(VideoBed::Impl& b, VideoFirmware& f, V4l2PeerOptions o)
+  Impl(MockBed& b, VideoFirmware& f, V4l2PeerOptions o)
       : bed(b), firmware(f), options(std::move(o)), handler(umockdev_ioctl_base_new()) {}
 
   // A DQBUF that is answered when there is a picture.
   struct Waiting {
-    Owned<UMockdevIoctlClient> client;
-    Owned<UMockdevIoctlData> data;
+    OwnedGObject<UMockdevIoctlClient> client;
+    OwnedGObject<UMockdevIoctlData> data;
     unsigned long request = 0;
   };
 
@@ -102,19 +67,19 @@ struct V4l2Peer::Impl {
   void map_buffers();
   void unmap_buffers();
   void answer_waiting(const std::stop_token&);
-  fs::path file() const { return bed.root / "dev" / options.node; }
+  fs::path file() const { return bed.real_path("/dev/" + options.node); }
 
-  VideoBed::Impl& bed;
+  MockBed& bed;
   VideoFirmware& firmware;
   const V4l2PeerOptions options;
-  Owned<UMockdevIoctlBase> handler;
+  OwnedGObject<UMockdevIoctlBase> handler;
 
   std::mutex mutex;  // of all below and of the firmware
   std::condition_variable_any changed;
   bool unplugged = false;
   void* mapped = nullptr;
   std::size_t mapped_bytes = 0;
-  std::map<std::uint32_t, Owned<UMockdevIoctlData>> user_buffers;
+  std::map<std::uint32_t, OwnedGObject<UMockdevIoctlData>> user_buffers;
   std::optional<Waiting> waiting;
   std::jthread waiter;
 };
@@ -170,8 +135,8 @@ void V4l2Peer::Impl::ioctl(UMockdevIoctlClient* client) {
   const std::lock_guard lock(mutex);
   // The client's int is 32 bits; the preloaded ioctl() may extend its sign.
   const unsigned long request = umockdev_ioctl_client_get_request(client) & 0xffffffffUL;
-  Owned<UMockdevIoctlData> data(umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client),
-                                                            0, _IOC_SIZE(request), nullptr));
+  OwnedGObject<UMockdevIoctlData> data(umockdev_ioctl_data_resolve(
+      umockdev_ioctl_client_get_arg(client), 0, _IOC_SIZE(request), nullptr));
   if (!data) {
     umockdev_ioctl_client_complete(client, -1, EFAULT);
     return;
@@ -179,7 +144,7 @@ void V4l2Peer::Impl::ioctl(UMockdevIoctlClient* client) {
   const int error = answer(request, data.get());
   if (error == EAGAIN && request == VIDIOC_DQBUF && options.waits && firmware.streaming()) {
     g_object_ref(client);
-    waiting = Waiting{Owned<UMockdevIoctlClient>(client), std::move(data), request};
+    waiting = Waiting{OwnedGObject<UMockdevIoctlClient>(client), std::move(data), request};
     changed.notify_all();
     return;
   }
@@ -211,21 +176,16 @@ void V4l2Peer::Impl::answer_waiting(const std::stop_token& stop) {
   }
 }
 
-V4l2Peer::V4l2Peer(VideoBed& bed, VideoFirmware& firmware, V4l2PeerOptions options)
-    : impl_(std::make_unique<Impl>(*bed.impl_, firmware, std::move(options))) {
-  UMockdevTestbed* testbed = impl_->bed.bed.get();
-  GError* error = nullptr;
-  const bool added =
-      umockdev_testbed_add_from_string(testbed, description(impl_->options).c_str(), &error);
-  require(added, error, "the emulated camera cannot be plugged in");
+V4l2Peer::V4l2Peer(MockBed& bed, VideoFirmware& firmware, V4l2PeerOptions options)
+    : impl_(std::make_unique<Impl>(bed, firmware, std::move(options))) {
+  bed.add(description(impl_->options));
   g_signal_connect(impl_->handler.get(), "handle-ioctl", G_CALLBACK(Impl::on_ioctl), impl_.get());
   g_signal_connect(impl_->handler.get(), "handle-read", G_CALLBACK(Impl::on_read), impl_.get());
-  const bool attached =
-      umockdev_testbed_attach_ioctl(testbed, node().c_str(), impl_->handler.get(), &error);
-  require(attached, error, "the emulated camera cannot answer");
-  const fs::path links = impl_->bed.root / "dev/v4l/by-id";
-  fs::remove(links / by_id().filename());
-  fs::create_symlink("../../" + impl_->options.node, links / by_id().filename());
+  bed.attach(node(), impl_->handler.get());
+  const fs::path link = bed.real_path(by_id());
+  fs::create_directories(link.parent_path());
+  fs::remove(link);
+  fs::create_symlink("../../" + impl_->options.node, link);
   impl_->waiter = std::jthread([this](const std::stop_token& s) { impl_->answer_waiting(s); });
 }
 
@@ -233,7 +193,7 @@ V4l2Peer::~V4l2Peer() {
   unplug();
   impl_->waiter.request_stop();
   impl_->waiter.join();
-  umockdev_testbed_detach_ioctl(impl_->bed.bed.get(), node().c_str(), nullptr);
+  impl_->bed.detach(node());
   impl_->unmap_buffers();
 }
 
@@ -258,12 +218,10 @@ void V4l2Peer::unplug() {
   }
   const std::string port = "1-" + std::to_string(3 + impl_->options.node.back() - '0');
   const std::string device = "/sys/devices/pci0000:00/0000:00:14.0/usb1/" + port;
-  UMockdevTestbed* testbed = impl_->bed.bed.get();
   const std::string interface = device + "/" + port + ":1.0";
   const std::string video = interface + "/video4linux/" + impl_->options.node;
-  umockdev_testbed_uevent(testbed, video.c_str(), "remove");
-  for (const std::string& gone : {video, interface, device})
-    umockdev_testbed_remove_device(testbed, gone.c_str());
+  impl_->bed.announce(video, "remove");
+  impl_->bed.remove({video, interface, device});
 }
 
 }  // namespace wheatstone

@@ -6,25 +6,10 @@
 #include <memory>
 #include <string>
 
+#include "sim/wire/mock/mock_bed.h"
 #include "sim/wire/video/video_firmware.h"
 
 namespace wheatstone {
-
-/// The machine's devices as the program and its children see them: none but the emulated ones. One
-/// at a time in a process.
-class VideoBed {
- public:
-  /// Throws DeviceError kNotReady unless the program was started by umockdev-wrapper.
-  VideoBed();
-  ~VideoBed();
-  VideoBed(const VideoBed&) = delete;
-  VideoBed& operator=(const VideoBed&) = delete;
-
- private:
-  friend class V4l2Peer;
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
 
 struct V4l2PeerOptions {
   std::string node = "video0";
@@ -36,7 +21,7 @@ struct V4l2PeerOptions {
 /// A firmware behind a node. Time is the machine's. Everything here may be called from any thread.
 class V4l2Peer {
  public:
-  V4l2Peer(VideoBed&, VideoFirmware&, V4l2PeerOptions = {});
+  V4l2Peer(MockBed&, VideoFirmware&, V4l2PeerOptions = {});
   ~V4l2Peer();
   V4l2Peer(const V4l2Peer&) = delete;
   V4l2Peer& operator=(const V4l2Peer&) = delete;

@@ -37,7 +37,7 @@ class TwinVideoBackend final : public VideoBackend {
 
 class V4l2Backend : public VideoBackend {
  public:
-  explicit V4l2Backend(VideoBed& bed, V4l2Transfer transfer = V4l2Transfer::kMmap,
+  explicit V4l2Backend(MockBed& bed, V4l2Transfer transfer = V4l2Transfer::kMmap,
                        const VideoFirmwareOptions& options = {})
       : transfer_(transfer), firmware_(world_, options), peer_(bed, firmware_) {}
   VideoCamera& camera() override {
@@ -66,8 +66,8 @@ class V4l2Backend : public VideoBackend {
 };
 
 /// The emulated machine; it has threads of its own, which must not count as left behind.
-inline VideoBed& video_bed() {
-  static VideoBed bed;
+inline MockBed& video_bed() {
+  static MockBed bed;
   return bed;
 }
 
