@@ -119,10 +119,7 @@ void GphotoBody::Deleter::operator()(CameraWidget* widget) const {
 }
 
 GphotoBody::GphotoBody(const GphotoPort& port, Duration usb_patience)
-    : port_(port),
-      patience_ns_(static_cast<Nanoseconds>(usb_patience.value() * 1e9)),
-      context_(gp_context_new()) {
-  begin();
+    : port_(port), context_(gp_context_new()) {
   gp_context_set_error_func(
       context_.get(),
       [](GPContext*, const char* text, void* self) {
@@ -159,6 +156,7 @@ GphotoBody::GphotoBody(const GphotoPort& port, Duration usb_patience)
   require(gp_camera_init(camera_.get(), context_.get()), "be opened");
   require(gp_port_set_timeout(camera_->port, static_cast<int>(1000 * usb_patience.value())),
           "be opened");
+  patience_ns_ = static_cast<Nanoseconds>(usb_patience.value() * 1e9);
 }
 
 GphotoBody::~GphotoBody() {

@@ -3,7 +3,7 @@
 
 #include <gphoto2/gphoto2-camera.h>
 
-#include <map>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -71,7 +71,8 @@ class GphotoBody {
   [[noreturn]] void fail(int result, const std::string& doing);
 
   GphotoPort port_;
-  Nanoseconds patience_ns_, began_ns_ = 0;  // began_ns_: of the call under way
+  Nanoseconds patience_ns_ = std::numeric_limits<Nanoseconds>::max();  // once it is open
+  Nanoseconds began_ns_ = 0;                                           // the call under way
   std::stop_token stop_;
   std::string said_;  // by libgphoto2, of the last error
   std::unique_ptr<GPContext, Deleter> context_;

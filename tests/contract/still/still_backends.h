@@ -96,7 +96,7 @@ inline GphotoCameraSettings quick_settings() {
   settings.model = "Alpha-A7r III";
   settings.delivery = Duration::of(0.3);
   settings.settle = Duration::of(0.1);
-  settings.usb_patience = Duration::of(0.3);
+  settings.usb_patience = Duration::of(0.8);
   return settings;
 }
 
