@@ -1,5 +1,8 @@
 #include "apps/rig_source.h"
 
+#ifdef WHEATSTONE_HAS_XRANDR
+#include "hardware/outputs/xrandr_driver.h"
+#endif
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
 #endif
@@ -21,10 +24,16 @@ DriverCatalogue all_drivers() {
   add_simulated_drivers(catalogue);
   add_serial_drivers(catalogue);
   add_stream_drivers(catalogue);
+  add_meter_drivers(catalogue);
 #ifdef WHEATSTONE_HAS_V4L2
   add_v4l2_driver(catalogue);
 #else
   catalogue.add_missing("v4l2", "linux-libc-dev");
+#endif
+#ifdef WHEATSTONE_HAS_XRANDR
+  add_xrandr_driver(catalogue);
+#else
+  catalogue.add_missing("xrandr", "libxcb-randr0-dev");
 #endif
   return catalogue;
 }
@@ -60,6 +69,7 @@ Rig RigSource::rig() {
   keep_if(description_.markers.has_value(), rig.markers, "marker lights");
   keep_if(description_.leds.has_value(), rig.leds, "LED array");
   keep_if(description_.camera.has_value(), rig.camera, "still camera");
+  keep_if(description_.spectroradiometer.has_value(), rig.spectroradiometer, "spectroradiometer");
   return rig;
 }
 

@@ -9,7 +9,8 @@ WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libfmt-dev libspdlog-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev
  libglm-dev libssl-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
  libgtest-dev libgmock-dev libbenchmark-dev glslang-tools
- libumockdev-dev umockdev v4l-utils"
+ libumockdev-dev umockdev v4l-utils
+ libxcb-randr0-dev xvfb"
 
 missing=""
 for package in $WHEATSTONE_PACKAGES; do
