@@ -3,8 +3,10 @@
 #include <span>
 #include <vector>
 
+#include "tests/contract/display_outputs_faults.h"
 #include "tests/contract/head_tracker_faults.h"
 #include "tests/contract/light_sensor_faults.h"
+#include "tests/contract/spectroradiometer_faults.h"
 #include "tests/contract/stage_faults.h"
 #include "tests/contract/video/video_faults.h"
 
@@ -15,13 +17,18 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
   return {kGrblFaults,
           kArduinoGantryFaults,
           kV4l2Faults,
+          kJetiFaults,
+          kSpotreadFaults,
+          kXrandrFaults,
           kPhotodiodeFaults,
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
           kSimulatedStageFaults,
           kSimulatedVideoFaults,
           kSimulatedLightSensorFaults,
-          kSimulatedHeadTrackerFaults};
+          kSimulatedHeadTrackerFaults,
+          kSimulatedMeterFaults,
+          kSimulatedOutputFaults};
 }
 
 }  // namespace wheatstone
