@@ -165,7 +165,8 @@ void Jeti::set(const std::string& command, const Deadline& deadline) {
 
 int Jeti::error_code(const Deadline& deadline) {
   send("*stat:err?", deadline);
-  return static_cast<int>(jeti_number(port_->what(), next(deadline).text, "Error Code"));
+  const double code = jeti_number(port_->what(), next(deadline).text, "Error Code");
+  return static_cast<int>(std::clamp(code, 0.0, 9999.0));
 }
 
 void Jeti::refused(const std::string& command, const Deadline& deadline) {
