@@ -57,20 +57,32 @@ std::vector<fs::path> pictures_below(const fs::path& folder, const std::string& 
   return files;
 }
 
-/// Corners of all boards over the picture's frame, a colour per board, outliers crossed.
+/// Corners of all boards over the picture's frame, a colour per board, outliers crossed; a line
+/// below says what there is.
 cv::Mat3b coverage_picture(const FoundBoards& boards, const std::vector<std::size_t>& outliers) {
   cv::Mat3b picture(boards.height_px, boards.width_px, cv::Vec3b(255, 255, 255));
-  const int size = std::max(2, boards.width_px / 250);
+  const int size = std::max(2, boards.width_px / 250), line = std::max(1, size / 2);
+  std::size_t corners = 0;
   for (std::size_t v = 0; v < boards.views.size(); ++v) {
+    corners += boards.views[v].corners_px.size();
     cv::Mat3b colour(
         1, 1, cv::Vec3b(static_cast<unsigned char>(v * 180 / boards.views.size()), 200, 200));
     cv::cvtColor(colour, colour, cv::COLOR_HSV2RGB);
     const bool outlier = std::find(outliers.begin(), outliers.end(), v) != outliers.end();
     for (const Eigen::Vector2d& p : boards.views[v].corners_px)
       cv::drawMarker(picture, cv::Point(cv::Point2d(p.x(), p.y())), cv::Scalar(colour(0, 0)),
-                     outlier ? cv::MARKER_TILTED_CROSS : cv::MARKER_SQUARE, 2 * size,
-                     std::max(1, size / 2));
+                     outlier ? cv::MARKER_TILTED_CROSS : cv::MARKER_SQUARE, 2 * size, line);
   }
+  const cv::Scalar grey(90, 90, 90);
+  cv::rectangle(picture, cv::Rect(0, 0, picture.cols, picture.rows), grey, line);
+  const double scale = std::max(0.3, picture.cols / 1600.0);
+  const int below = static_cast<int>(40 * scale);
+  cv::copyMakeBorder(picture, picture, 0, below, 0, 0, cv::BORDER_CONSTANT, cv::Scalar::all(255));
+  cv::putText(picture,
+              fmt::format("{} corners of {} boards, a colour each; crosses: {} outlier boards",
+                          corners, boards.views.size(), outliers.size()),
+              {below / 4, picture.rows - below / 3}, cv::FONT_HERSHEY_SIMPLEX, scale, grey, line,
+              cv::LINE_AA);
   return picture;
 }
 
@@ -334,18 +346,26 @@ json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& p
       {"board", board_json(options.board)},
       {"pairs", pairs},
       {"unpaired", unpaired}};
+  json written = json::array();
   if (options.out) {
     make_folder(*options.out);
     const std::vector<CameraFile> cameras = {{s.left.intrinsics, s.left.distortion},
                                              {s.right.intrinsics, s.right.distortion}};
     write_camera_file(*options.out / "left.yaml", CameraFormat::kOpenCv, {cameras[0]});
     write_camera_file(*options.out / "right.yaml", CameraFormat::kOpenCv, {cameras[1]});
-    if (why_not_exact(CameraFormat::kKalibr, cameras[0]).empty() &&
-        why_not_exact(CameraFormat::kKalibr, cameras[1]).empty())
+    std::string reason = why_not_exact(CameraFormat::kKalibr, cameras[0]);
+    if (reason.empty()) reason = why_not_exact(CameraFormat::kKalibr, cameras[1]);
+    if (reason.empty())
       write_camera_file(*options.out / "camchain.yaml", CameraFormat::kKalibr, cameras,
                         s.T_right_left);
-    write_json(*options.out / "stereo.json", "wheatstone-stereo-calibration/1", document);
+    written = {
+        {{"file", "left.yaml"}, {"not_written", nullptr}},
+        {{"file", "right.yaml"}, {"not_written", nullptr}},
+        {{"file", "camchain.yaml"}, {"not_written", reason.empty() ? json() : json(reason)}}};
   }
+  document["camera_files"] = written;
+  if (options.out)
+    write_json(*options.out / "stereo.json", "wheatstone-stereo-calibration/1", document);
   return document;
 }
 

@@ -72,6 +72,14 @@ std::string verified(const fs::path& file, const std::vector<ImportedView>& view
                      points.size());
 }
 
+std::string not_there(const std::vector<std::string>& files) {
+  if (files.empty()) return "";
+  constexpr std::size_t kNamed = 8;
+  return fmt::format(", {} posed pictures are not there: {}{}", files.size(),
+                     fmt::join(files.begin(), files.begin() + std::min(files.size(), kNamed), ", "),
+                     files.size() > kNamed ? ", ..." : "");
+}
+
 std::string import_stereo(const fs::path& input, const Dataset& dataset,
                           const ImportOptions& options, double& mm_per_unit) {
   const std::vector<ExrView> exr = read_exr_views(input);
@@ -130,7 +138,8 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
       throw ArgumentError("the convention of " + format + " poses is fixed",
                           "leave --convention out; it is for nerf and llff");
   }
-  make_folder(dataset.root());
+  if (std::error_code error; fs::exists(dataset.root()) && !fs::is_empty(dataset.root(), error))
+    throw FileError(dataset.root(), "holds something already", "import into a new folder");
   double mm_per_unit = options.mm_per_unit;
   std::string line;
   if (format == "exr-stereo") {
@@ -140,10 +149,9 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
     if (format == "colmap") {
       const fs::path model = has_colmap(input) ? input : input / "colmap";
       const ColmapModel colmap = read_colmap(model, input / "images", mm_per_unit);
-      line = import_views(
-          colmap.views, dataset, options,
-          verified(model, colmap.views, known_points(colmap), kColmapConvention) +
-              fmt::format(", {} posed pictures are not there", colmap.missing_files.size()));
+      line = import_views(colmap.views, dataset, options,
+                          verified(model, colmap.views, known_points(colmap), kColmapConvention) +
+                              not_there(colmap.missing_files));
     } else if (format == "nerf") {
       const fs::path file = fs::is_directory(input) ? input / "transforms.json" : input;
       const NerfModel nerf = read_nerf(file, mm_per_unit, convention);

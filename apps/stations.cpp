@@ -134,6 +134,7 @@ MergeReport merge(const Dataset& dataset, const Progress& progress, Shard shard,
     const std::filesystem::path out = dataset.file("hdr/" + mine[i]->name + ".exr");
     if (std::filesystem::exists(out)) {
       require_the_same_choice(dataset, mine[i]->name, !patches.empty());
+      ++report.there_already;
     } else {
       MergedMosaic merged = merge_view(dataset, *mine[i], camera);
       std::filesystem::remove(lamp_record(dataset, mine[i]->name));  // of a run that was ended

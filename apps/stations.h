@@ -22,7 +22,7 @@ using Progress = std::function<void(const std::string& what, int done, int total
 /// Of the views merged now, where the capture was planned for a signal-to-noise ratio: the smallest
 /// share of a view's photosites that reach it, by the merge's own standard deviations.
 struct MergeReport {
-  int merged = 0;
+  int merged = 0, there_already = 0;         // views
   double signal_to_noise = 0, coverage = 0;  // planned for; 0 if the exposures were given by hand
   double least_share = 1;
 };

@@ -44,7 +44,9 @@ void capture_light_field(const Rig&, const Dataset&, const DatasetManifest&, con
 /// Errors: FileError (journal damaged).
 std::optional<CapturePlan> recorded_plan(const Dataset&);
 
-/// The shots that are not yet in the journal, without looking at the files.
-std::vector<Shot> missing_shots(const Dataset&, const std::vector<Shot>&);
+/// What capture_light_field() would take, by the journal alone, without looking at the files.
+/// Errors: as capture_light_field() for another plan, rig or manifest; FileError (journal damaged).
+std::vector<Shot> missing_shots(const Rig&, const Dataset&, const DatasetManifest&,
+                                const CapturePlan&);
 
 }  // namespace wheatstone

@@ -54,6 +54,17 @@ std::map<std::string, TakenFrame> taken_frames(const Dataset& dataset,
   return taken;
 }
 
+void require_same_setup(const Dataset& dataset, const json& first, const json& setup) {
+  const fs::path file = dataset.file(kJournalFile);
+  if (const auto schema = json_get<std::string>(first, "schema", file); schema != kSchema)
+    throw FileError(file, "is a " + schema, std::string("this program reads ") + kSchema);
+  json there = first;
+  for (const char* key : {"schema", "event", "utc"}) there.erase(key);
+  if (const std::string lines = difference(there, setup); !lines.empty())
+    throw ArgumentError(dataset.root().string() + " holds a session with another plan:" + lines,
+                        "ask for that plan to go on with it, or choose another folder");
+}
+
 SessionRecord::SessionRecord(const Dataset& dataset, const json& setup, Listener listener)
     : dataset_(dataset), listener_(std::move(listener)), journal_(journal_path(dataset)) {
   if (journal_.records().empty()) {
@@ -62,15 +73,7 @@ SessionRecord::SessionRecord(const Dataset& dataset, const json& setup, Listener
     add("session", first);
     return;
   }
-  const fs::path file = dataset.file(kJournalFile);
-  const json& first = journal_.records().front();
-  if (const auto schema = json_get<std::string>(first, "schema", file); schema != kSchema)
-    throw FileError(file, "is a " + schema, std::string("this program reads ") + kSchema);
-  json there = first;
-  for (const char* key : {"schema", "event", "utc"}) there.erase(key);
-  if (const std::string lines = difference(there, setup); !lines.empty())
-    throw ArgumentError(dataset.root().string() + " holds a session with another plan:" + lines,
-                        "ask for that plan to go on with it, or choose another folder");
+  require_same_setup(dataset, journal_.records().front(), setup);
   taken_ = taken_frames(dataset, journal_.records());
   add("resumed", {{"frames", taken_.size()}});
 }

@@ -25,6 +25,11 @@ struct TakenFrame {
 std::map<std::string, TakenFrame> taken_frames(const Dataset&,
                                                const std::vector<nlohmann::json>& records);
 
+/// Throws ArgumentError, listing what differs, unless the session that begins with this record has
+/// this setup; FileError if the record is of another schema.
+void require_same_setup(const Dataset&, const nlohmann::json& first_record,
+                        const nlohmann::json& setup);
+
 /// The journal with what follows from it. Paths are relative to the dataset.
 class SessionRecord {
  public:

@@ -12,7 +12,8 @@
 namespace wheatstone::apps {
 
 void add_calibrate(CLI::App& app) {
-  auto* calibrate = app.add_subcommand("calibrate", "Cameras, their colours and poses, the LED ceiling, eyes");
+  auto* calibrate =
+      app.add_subcommand("calibrate", "Cameras, their colours and poses, the LED ceiling, eyes");
   calibrate->require_subcommand(1);
   calibrate->footer("Example:\n  wheatstone calibrate poses out/card");
   auto folder = std::make_shared<std::string>();
@@ -64,6 +65,8 @@ void add_calibrate(CLI::App& app) {
           "rail: straight to {:.4f} mm (RMS), step error {:.4f} mm (RMS), pitch {:.3f} mm, scale "
           "{:.5f}\n",
           c.rail->straightness_rms_mm, c.rail->step_error_rms_mm, c.rail->pitch_mm, c.rail->scale);
+    fmt::print("wrote poses.json, pose_report.json, {}views.json and the pictures in views\n",
+               c.rail ? "rail.svg, " : "");
   });
 
   auto* eyes = calibrate->add_subcommand(
@@ -85,6 +88,7 @@ void add_calibrate(CLI::App& app) {
       fmt::print("{}: RMS {:.3f} px, eye at ({:.2f}, {:.2f}, {:.2f}) mm in rsb\n", to_string(e.id),
                  e.rms_px, c.x(), c.y(), c.z());
     }
+    fmt::print("wrote eyes.json\n");
   });
 }
 

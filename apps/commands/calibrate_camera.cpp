@@ -43,6 +43,17 @@ void print_camera(const json& c) {
                c["distortion"][i].get<double>(), c["distortion_sigma"][i].get<double>());
 }
 
+/// The camera files, and what else was written with them; nothing where nothing was.
+void print_files(const json& c, const char* others) {
+  for (const json& f : c["camera_files"])
+    if (f["not_written"].is_null())
+      fmt::print("wrote {}\n", f["file"].get<std::string>());
+    else
+      fmt::print("for information: no {}, because {}\n", f["file"].get<std::string>(),
+                 f["not_written"].get<std::string>());
+  if (!c["camera_files"].empty()) fmt::print("wrote {}\n", others);
+}
+
 void print_calibration(const json& c) {
   print_camera(c);
   fmt::print("RMS {:.4f} px over {} boards", c["rms_px"].get<double>(), c["boards"].size());
@@ -59,14 +70,7 @@ void print_calibration(const json& c) {
   fmt::print("projection uncertainty {:.3f} px RMS over the picture, {:.3f} px at most\n",
              c["uncertainty_mean_px"].get<double>(), c["uncertainty_largest_px"].get<double>());
   fmt::print("next: {}\n", c["advice"].get<std::string>());
-  for (const json& f : c["camera_files"])
-    if (f["not_written"].is_null())
-      fmt::print("wrote {}\n", f["file"].get<std::string>());
-    else
-      fmt::print("for information: no {}, because {}\n", f["file"].get<std::string>(),
-                 f["not_written"].get<std::string>());
-  if (!c["camera_files"].empty())
-    fmt::print("wrote coverage.png, uncertainty.png, uncertainty.exr and calibration.json\n");
+  print_files(c, "coverage.png, uncertainty.png, uncertainty.exr and calibration.json");
 }
 
 }  // namespace
@@ -136,6 +140,7 @@ void add_calibrate_stereo(CLI::App& calibrate) {
                result["baseline_mm"].get<double>(), result["baseline_mm_sigma"].get<double>());
     for (const json& name : result["unpaired"])
       fmt::print("without its other half: {}\n", name.get<std::string>());
+    print_files(result, "stereo.json");
   });
 }
 
@@ -152,6 +157,7 @@ void add_convert_camera(CLI::App& app) {
       "Example:\n  wheatstone convert-camera out/left/camera.yaml --format colmap "
       "--out out/cameras.txt");
   command->callback([=] {
+    require_other_file(*out, {*input});
     write_camera_file(*out, camera_format_from_string(*format), read_camera_file(*input));
     fmt::print("wrote {}\n", *out);
   });

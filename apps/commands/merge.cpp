@@ -45,6 +45,7 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
   if (!stack.merging.noise)
     fmt::print(stderr, "{}: no \"noise\", so {} has no sigma.Y and no mask.underexposed\n",
                frames_json, out);
+  fmt::print("wrote {}\n", out);
 }
 
 void merge_dataset(const std::string& folder, const std::string& shard,
@@ -53,6 +54,8 @@ void merge_dataset(const std::string& folder, const std::string& shard,
       monitor_patches.empty() ? MonitorPatches{} : read_monitor_patches(monitor_patches);
   const MergeReport r =
       merge(open_dataset(folder), show_progress, shard_from_string(shard), patches);
+  fmt::print("hdr: {} of {} views merged, {} were there already\n", r.merged,
+             r.merged + r.there_already, r.there_already);
   if (r.merged > 0 && r.signal_to_noise > 0)
     fmt::print(
         "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "
@@ -95,12 +98,15 @@ void add_merge(CLI::App& app) {
       "  wheatstone merge out/card --shard 3/16\n"
       "  wheatstone merge --frames frames.json --out merged.exr");
   command->callback([=] {
-    if (!o->frames.empty())
+    if (!o->frames.empty()) {
+      require_other_file(o->out, {o->frames, o->glare});
+      require_exr_name(o->out);
       merge_frames(o->frames, o->glare, !o->no_demosaic, o->out);
-    else if (!o->dataset.empty())
+    } else if (!o->dataset.empty()) {
       merge_dataset(o->dataset, o->shard, o->monitor_patches);
-    else
+    } else {
       throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
+    }
   });
 }
 

@@ -131,7 +131,9 @@ cv::Mat3b false_colour_difference(const ScalarImage& difference, double top,
   const cv::Mat3b picture = painted(difference.pixels.size(), map,
                                     [&](int r, int c) { return difference.pixels(r, c) / top; });
   std::vector<Tick> ticks;
-  for (int i = 0; i <= 4; ++i) ticks.push_back({i / 4.0, {fmt::format("{:.3g}", i * top / 4)}});
+  for (int i = 0; i < 4; ++i) ticks.push_back({i / 4.0, {fmt::format("{:.3g}", i * top / 4)}});
+  const bool more = cv::countNonZero(difference.pixels > top) > 0;
+  ticks.push_back({1, {fmt::format("{}{:.3g}", more ? ">= " : "", top)}});
   return with_legend(picture, map, {""}, ticks, quantity);
 }
 

@@ -24,7 +24,7 @@ class ResourceWatch {
   ResourceWatch& operator=(const ResourceWatch&) = delete;
 
  private:
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   static constexpr double kInstrumented = 8;  // checked code works several times as long
 #else
   static constexpr double kInstrumented = 1;
