@@ -229,7 +229,8 @@ void jog(const std::string& file, const std::string& transcript) {
 
 void add_jog(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "jog", "Move stages, switch lights and take frames by hand, one command a line");
+      "jog",
+      "Move stages, switch lights, take frames and read the meter by hand, one command a line");
   auto rig = std::make_shared<std::string>();
   auto transcript = std::make_shared<std::string>();
   command->add_option("--rig", *rig, "rig file")->required();
