@@ -19,6 +19,9 @@
 #ifdef WHEATSTONE_HAS_V4L2
 #include "hardware/video/v4l2_driver.h"
 #endif
+#ifdef WHEATSTONE_HAS_XRANDR
+#include "hardware/outputs/xrandr_driver.h"
+#endif
 
 namespace wheatstone::apps {
 namespace {
@@ -81,6 +84,7 @@ DriverCatalogue all_drivers() {
   add_simulated_drivers(catalogue);
   add_serial_drivers(catalogue);
   add_stream_drivers(catalogue);
+  add_meter_drivers(catalogue);
 #ifdef WHEATSTONE_HAS_HIDAPI
   add_hid_drivers(catalogue);
 #else
@@ -103,6 +107,11 @@ DriverCatalogue all_drivers() {
   add_v4l2_driver(catalogue);
 #else
   catalogue.add_missing("v4l2", "linux-libc-dev");
+#endif
+#ifdef WHEATSTONE_HAS_XRANDR
+  add_xrandr_driver(catalogue);
+#else
+  catalogue.add_missing("xrandr", "libxcb-randr0-dev");
 #endif
   return catalogue;
 }

@@ -43,6 +43,7 @@ Rig RigSource::rig() {
   keep_if(description_.markers.has_value(), rig.markers, "marker lights");
   keep_if(description_.leds.has_value(), rig.leds, "LED array");
   keep_if(description_.camera.has_value(), rig.camera, "still camera");
+  keep_if(description_.spectroradiometer.has_value(), rig.spectroradiometer, "spectroradiometer");
   return rig;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 // The machine's video outputs: which display hangs where, and whether the way to it is unspoilt.
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,9 +23,9 @@ struct EdidIdentity {
 
 struct DisplayOutput {
   std::string connector;  // "HDMI-1"
-  EdidIdentity edid;      // empty where the display has none
-  int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
-  double refresh_hz = 0;
+  EdidIdentity edid;      // empty where the display has none, or a damaged one
+  int x_px = 0, y_px = 0, width_px = 0, height_px = 0;  // 0 x 0: it is off
+  double refresh_hz = 0;                                // 0: unknown
   int bits_per_channel = 0;
   int gamma_size = 0;
   bool gamma_is_identity = false;
@@ -46,8 +48,10 @@ struct OutputProblem {
 
 class DisplayOutputs : public Device {
  public:
+  /// All to which a display is connected.
   virtual std::vector<DisplayOutput> enumerate(Deadline) = 0;
-  /// Sets every gamma table to identity and reads it back; restored by the destructor.
+  /// Sets every gamma table to identity and reads it back; restored by the destructor. Throws
+  /// kFault if one stays as it was.
   virtual void neutralise(Deadline) = 0;
 };
 
@@ -55,5 +59,10 @@ class DisplayOutputs : public Device {
 /// answer the same wish are a problem.
 std::vector<OutputProblem> verify(const std::vector<DisplayOutput>&,
                                   const std::vector<WantedOutput>&);
+
+/// Entry i of the identity table of `size` >= 2 entries, and whether a table is one, to half a step
+/// of 10 bits.
+int identity_gamma(std::size_t i, std::size_t size);
+bool is_identity_gamma(std::span<const std::uint16_t>);
 
 }  // namespace wheatstone

@@ -16,6 +16,7 @@
 #include "hardware/light_sensor.h"
 #include "hardware/marker_lights.h"
 #include "hardware/panel_output.h"
+#include "hardware/spectroradiometer.h"
 #include "hardware/stage.h"
 #include "hardware/still_camera.h"
 #include "hardware/video_camera.h"
@@ -56,6 +57,7 @@ struct Rig {
   Fitted<LedArray> leds{"LED array"};
   Fitted<StillCamera> camera{"still camera"};
   Fitted<VideoCamera> video{"video camera"};
+  Fitted<Spectroradiometer> spectroradiometer{"spectroradiometer"};
   Fitted<HeadTracker> head_tracker{"head tracker"};
   Fitted<LightSensor> light_sensor{"light sensor"};
   Fitted<AlignmentObserver> observer{"alignment observer"};

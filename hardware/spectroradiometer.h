@@ -20,11 +20,14 @@ struct SpectralRadiance {
 /// is not in (0, 20] nm, or values that are not numbers.
 Eigen::Vector3d xyz_cd_m2(const SpectralRadiance&);
 
+/// Whether a device's own XYZ is that of its spectrum: within 1 % in each part.
+bool agree(const Eigen::Vector3d& ours, const Eigen::Vector3d& theirs);
+
 struct SpectralReading {
   SpectralRadiance spectrum;
   Eigen::Vector3d xyz_cd_m2 = Eigen::Vector3d::Zero();  // ours, from the spectrum
   std::optional<Eigen::Vector3d> device_xyz_cd_m2;      // the device's own, agreeing within 1 %
-  Duration integration;
+  Duration integration;                                 // 0: the device does not tell
   bool below_floor = false;  // under what the device can measure: the numbers are not light
 };
 
@@ -42,6 +45,7 @@ class Spectroradiometer : public Device {
     Duration synchronise_to;  // period of the light's flicker; 0: none
   };
   virtual SpectroradiometerRange range() const = 0;
+  /// Throws kOutOfRange, before anything is sent, for what require_valid() refuses.
   virtual void configure(const Settings&, Deadline) = 0;
   /// Switches the aiming light off first. Throws kTooBright, kTooDark (the device gives no
   /// spectrum), kFault if its own XYZ differs from the spectrum's by more than 1 % above the floor.
@@ -51,5 +55,9 @@ class Spectroradiometer : public Device {
   /// Ends a measurement that is under way; measure() then throws Cancelled.
   virtual void abort() noexcept = 0;
 };
+
+/// Throws DeviceError kOutOfRange unless 0 < longest_integration <= `longest`, 1 <= average <= 100
+/// and synchronise_to is 0 or 1 ms to 1 s.
+void require_valid(const Spectroradiometer::Settings&, Duration longest);
 
 }  // namespace wheatstone

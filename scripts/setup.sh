@@ -9,8 +9,8 @@ WHEATSTONE_PACKAGES="ca-certificates g++ cmake ninja-build ccache pkg-config
  libfmt-dev libspdlog-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev
  libglm-dev libssl-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
  libgtest-dev libgmock-dev libbenchmark-dev glslang-tools
- libhidapi-dev libhidapi-hidraw0 libusb-1.0-0-dev libgphoto2-dev
- libumockdev-dev umockdev v4l-utils usbrelay gphoto2 usbutils"
+ libhidapi-dev libhidapi-hidraw0 libusb-1.0-0-dev libgphoto2-dev libxcb-randr0-dev
+ libumockdev-dev umockdev v4l-utils usbrelay gphoto2 usbutils xvfb"
 
 missing=""
 for package in $WHEATSTONE_PACKAGES; do

@@ -9,6 +9,7 @@
 #include "sim/light_sensor.h"
 #include "sim/lights.h"
 #include "sim/observer.h"
+#include "sim/spectroradiometer.h"
 #include "sim/stage.h"
 #include "sim/video_camera.h"
 
@@ -92,6 +93,7 @@ struct SimulatedRig::Devices {
   SimulatedVideoCamera video;
   SimulatedHeadTracker head_tracker{world};
   SimulatedLightSensor light_sensor{world, kDisplays[0]};
+  SimulatedSpectroradiometer spectroradiometer{world};
   SimulatedObserver observer;
   std::vector<std::unique_ptr<SimulatedPanel>> panels;  // in the order of Rig::panels
 };
@@ -120,6 +122,7 @@ Rig SimulatedRig::rig() {
   rig.video = d.video;
   rig.head_tracker = d.head_tracker;
   rig.light_sensor = d.light_sensor;
+  rig.spectroradiometer = d.spectroradiometer;
   rig.observer = d.observer;
   for (std::size_t i = 0; i < rig.panels.size(); ++i) rig.panels[i] = d.panels[i].get();
   rig.camera_profile = d.world.camera_profile;

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "sim/wire/arduino_gantry_firmware.h"
 #include "sim/wire/grbl_firmware.h"
+#include "sim/wire/jeti_firmware.h"
 #include "sim/wire/pty_peer.h"
 
 namespace wheatstone::apps {
@@ -17,10 +18,24 @@ namespace {
 
 constexpr Nanoseconds kLookEveryNs = 50'000'000;
 
+/// Sees the box at a twentieth of its pixels, lit by half of its LEDs.
+class JetiBeforeTheBox final : public SerialFirmware {
+ public:
+  JetiBeforeTheBox() { world_.light.led_drive = 0.5; }
+  void receive(std::string_view bytes, Nanoseconds now) override { firmware_.receive(bytes, now); }
+  std::string run(Nanoseconds now) override { return firmware_.run(now); }
+  Nanoseconds next_event() const override { return firmware_.next_event(); }
+
+ private:
+  World world_{"card", 0.05, 7};
+  JetiFirmware firmware_{world_};
+};
+
 std::unique_ptr<SerialFirmware> firmware_of(const std::string& name) {
   if (name == "grbl") return std::make_unique<GrblFirmware>();
   if (name == "arduino-gantry") return std::make_unique<ArduinoGantryFirmware>();
-  throw ArgumentError("there is no emulated device " + name, "use grbl or arduino-gantry");
+  if (name == "jeti") return std::make_unique<JetiBeforeTheBox>();
+  throw ArgumentError("there is no emulated device " + name, "use grbl, arduino-gantry or jeti");
 }
 
 void emulate(const std::string& name, const std::string& link, double speed) {
@@ -41,7 +56,7 @@ void add_emulate(CLI::App& app) {
   auto name = std::make_shared<std::string>();
   auto link = std::make_shared<std::string>();
   auto speed = std::make_shared<double>(1);
-  command->add_option("device", *name, "grbl or arduino-gantry")->required();
+  command->add_option("device", *name, "grbl, arduino-gantry or jeti")->required();
   command->add_option("--link", *link, "symbolic link to the terminal, removed at the end");
   command->add_option("--speed", *speed, "how many times as fast as the real device")
       ->capture_default_str();

@@ -14,6 +14,7 @@
 #include "apps/rig_source.h"
 #include "apps/stop_on_signal.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/png.h"
 
 namespace wheatstone::apps {
@@ -28,6 +29,9 @@ constexpr const char* kHelp =
     "  markers 0 2 ...   light these marker LEDs; all; none\n"
     "  leds DRIVE        ceiling, 0 to 1\n"
     "  shoot S FILE.png  one raw frame of S seconds\n"
+    "  measure           luminance and colour that the spectroradiometer sees\n"
+    "  measure FILE.csv  and its spectrum\n"
+    "  aim on, aim off   its aiming light\n"
     "  off               everything dark and standing\n"
     "  help, quit\n";
 
@@ -70,6 +74,10 @@ class Console {
       rig_.leds->set_all(number(words, "drive"), patience());
     else if (verb == "shoot")
       shoot(words);
+    else if (verb == "measure")
+      measure(words);
+    else if (verb == "aim")
+      aim(words);
     else if (verb == "off")
       make_safe(rig_);
     else
@@ -157,6 +165,35 @@ class Console {
                frame.exposure.value());
   }
 
+  void measure(std::istringstream& words) {
+    std::string file;
+    words >> file;
+    const Duration longest = rig_.spectroradiometer->range().longest_integration;
+    const SpectralReading r = rig_.spectroradiometer->measure(patience(longest));
+    const Eigen::Vector3d& xyz = r.xyz_cd_m2;
+    if (r.below_floor)
+      fmt::print("below the floor of {:g} cd/m^2\n", rig_.spectroradiometer->range().floor_cd_m2);
+    else
+      fmt::print("{:.5g} cd/m^2, x {:.4f}, y {:.4f}\n", xyz.y(), xyz.x() / xyz.sum(),
+                 xyz.y() / xyz.sum());
+    if (file.empty()) return;
+    std::string text = "wavelength_nm,radiance_w_sr_m2_nm\n";
+    for (std::size_t i = 0; i < r.spectrum.values.size(); ++i)
+      text += fmt::format("{:.6g},{:.6g}\n",
+                          r.spectrum.first_nm + static_cast<double>(i) * r.spectrum.step_nm,
+                          r.spectrum.values[i]);
+    write_text_atomically(file, text);
+    fmt::print("{}: {} values\n", file, r.spectrum.values.size());
+  }
+
+  void aim(std::istringstream& words) {
+    std::string what;
+    words >> what;
+    if (what != "on" && what != "off")
+      throw ArgumentError("aim neither on nor off", "say aim on or aim off");
+    rig_.spectroradiometer->aim(what == "on", patience());
+  }
+
   const Rig& rig_;
   const RigDescription& description_;
   const StopOnSignal& stop_;
@@ -193,7 +230,8 @@ void jog(const std::string& file, const std::string& transcript) {
 
 void add_jog(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "jog", "Move stages, switch lights and take frames by hand, one command a line");
+      "jog",
+      "Move stages, switch lights, take frames and read the meter by hand, one command a line");
   auto rig = std::make_shared<std::string>();
   auto transcript = std::make_shared<std::string>();
   command->add_option("--rig", *rig, "rig file")->required();

@@ -71,6 +71,7 @@ void add_simulated_drivers(DriverCatalogue& catalogue) {
   add(std::type_identity<LedArray>());
   add(std::type_identity<StillCamera>());
   add(std::type_identity<VideoCamera>());
+  add(std::type_identity<Spectroradiometer>());
   add(std::type_identity<HeadTracker>());
   add(std::type_identity<LightSensor>());
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/toml_file.h"
+#include "hardware/display_outputs.h"
 #include "hardware/head_tracker.h"
 #include "hardware/led_array.h"
 #include "hardware/light_sensor.h"
@@ -86,7 +87,7 @@ class DriverCatalogue {
 
   std::tuple<Readers<LinearStage>, Readers<RotaryStage>, Readers<MarkerLights>, Readers<LedArray>,
              Readers<StillCamera>, Readers<VideoCamera>, Readers<Spectroradiometer>,
-             Readers<HeadTracker>, Readers<LightSensor>>
+             Readers<HeadTracker>, Readers<LightSensor>, Readers<DisplayOutputs>>
       readers_;
   std::map<std::string, std::string> missing_;
 };
@@ -97,5 +98,7 @@ void add_simulated_drivers(DriverCatalogue&);
 void add_serial_drivers(DriverCatalogue&);
 /// Head trackers and the photodiode.
 void add_stream_drivers(DriverCatalogue&);
+/// Spectroradiometers.
+void add_meter_drivers(DriverCatalogue&);
 
 }  // namespace wheatstone

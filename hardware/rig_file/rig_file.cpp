@@ -89,6 +89,7 @@ RigDescription read_rig_file(const std::filesystem::path& file, const DriverCata
   read("spectroradiometer", rig.spectroradiometer);
   read("head_tracker", rig.head_tracker);
   read("light_sensor", rig.light_sensor);
+  read("display_outputs", rig.display_outputs);
   for (const TomlTable& output : top.tables("output")) rig.outputs.push_back(read_output(output));
   std::set<std::string> roles;
   for (const WantedOutput& output : rig.outputs)
@@ -184,6 +185,7 @@ OpenRig::OpenRig(const RigDescription& description, Clock& clock, RigContext con
   open(description.spectroradiometer, spectroradiometer_);
   open(description.head_tracker, head_tracker_);
   open(description.light_sensor, light_sensor_);
+  open(description.display_outputs, display_outputs_);
 }
 
 Rig OpenRig::rig() {
@@ -195,6 +197,7 @@ Rig OpenRig::rig() {
   if (leds_) rig.leds = *leds_;
   if (camera_) rig.camera = *camera_;
   if (video_) rig.video = *video_;
+  if (spectroradiometer_) rig.spectroradiometer = *spectroradiometer_;
   if (head_tracker_) rig.head_tracker = *head_tracker_;
   if (light_sensor_) rig.light_sensor = *light_sensor_;
   if (description_.camera_profile)

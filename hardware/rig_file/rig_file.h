@@ -28,6 +28,7 @@ struct RigDescription {
   std::optional<DevicePlan<Spectroradiometer>> spectroradiometer;
   std::optional<DevicePlan<HeadTracker>> head_tracker;
   std::optional<DevicePlan<LightSensor>> light_sensor;
+  std::optional<DevicePlan<DisplayOutputs>> display_outputs;
   std::vector<WantedOutput> outputs;
 
   std::optional<std::filesystem::path> camera_profile;  // camera.json
@@ -61,6 +62,7 @@ struct RigDescription {
     visit("spectroradiometer", spectroradiometer);
     visit("head_tracker", head_tracker);
     visit("light_sensor", light_sensor);
+    visit("display_outputs", display_outputs);
   }
 
   /// "stage", "markers", ... with driver and address, in the order of the file's manual.
@@ -88,6 +90,7 @@ class OpenRig {
   Spectroradiometer* spectroradiometer() { return spectroradiometer_.get(); }
   HeadTracker* head_tracker() { return head_tracker_.get(); }
   LightSensor* light_sensor() { return light_sensor_.get(); }
+  DisplayOutputs* display_outputs() { return display_outputs_.get(); }
 
  private:
   Clock& clock_;
@@ -102,6 +105,7 @@ class OpenRig {
   std::unique_ptr<Spectroradiometer> spectroradiometer_;
   std::unique_ptr<HeadTracker> head_tracker_;
   std::unique_ptr<LightSensor> light_sensor_;
+  std::unique_ptr<DisplayOutputs> display_outputs_;
 };
 
 }  // namespace wheatstone

@@ -11,6 +11,7 @@
 #include "hardware/transport/serial_port.h"
 #include "program.h"
 #include "sim/wire/grbl_firmware.h"
+#include "sim/wire/jeti_firmware.h"
 #include "sim/wire/pty_peer.h"
 
 namespace wheatstone::apps {
@@ -105,6 +106,24 @@ TEST_F(RigCommands, JogWorksOnTheTwin) {
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("markers: 0 2"), HasSubstr("platform: 90.000 deg"),
                                  HasSubstr("markers: none"), HasSubstr("368 x 246 pixels")));
   EXPECT_TRUE(std::filesystem::exists(path("a.png")));
+}
+
+TEST_F(RigCommands, JogReadsTheMeter) {
+  World world("card", 0.02, 7);
+  world.light.led_drive = 0.5;
+  JetiFirmware firmware(world);
+  const PtyPeer peer(firmware, path("jeti"), 100);
+  Surroundings typing;
+  typing.input = "aim on\naim off\nmeasure\nmeasure " + path("white.csv") + "\naim up\n";
+  const Outcome outcome = run_program(
+      {"jog", "--rig",
+       rig_file("[spectroradiometer]\ndriver = \"jeti\"\nport = \"" + path("jeti") + "\"\n")},
+      typing);
+  EXPECT_EQ(outcome.status, 1) << "some of it was refused";
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("cd/m^2, x 0."), HasSubstr("white.csv: 401 values")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("say aim on or aim off"), HasSubstr("1 of the")));
+  EXPECT_THAT(read_text(path("white.csv")),
+              AllOf(HasSubstr("wavelength_nm,radiance_w_sr_m2_nm\n380,"), HasSubstr("\n780,")));
 }
 
 TEST_F(RigCommands, CaptureTakesTheRigFromItsFile) {

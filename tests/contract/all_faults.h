@@ -3,10 +3,12 @@
 #include <span>
 #include <vector>
 
+#include "tests/contract/display_outputs_faults.h"
 #include "tests/contract/head_tracker_faults.h"
 #include "tests/contract/leds/led_faults.h"
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/lights/lights_faults.h"
+#include "tests/contract/spectroradiometer_faults.h"
 #include "tests/contract/stage_faults.h"
 #include "tests/contract/still/still_faults.h"
 #include "tests/contract/video/video_faults.h"
@@ -24,6 +26,9 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
           kBlink1Faults,
           kFadecandyFaults,
           kE131Faults,
+          kJetiFaults,
+          kSpotreadFaults,
+          kXrandrFaults,
           kPhotodiodeFaults,
           kSerialHeadTrackerFaults,
           kUdpHeadTrackerFaults,
@@ -33,7 +38,9 @@ inline std::vector<std::span<const FaultCase>> all_faults() {
           kSimulatedMarkersFaults,
           kSimulatedLedFaults,
           kSimulatedLightSensorFaults,
-          kSimulatedHeadTrackerFaults};
+          kSimulatedHeadTrackerFaults,
+          kSimulatedMeterFaults,
+          kSimulatedOutputFaults};
 }
 
 }  // namespace wheatstone

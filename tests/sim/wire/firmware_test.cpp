@@ -2,11 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/random.h"
 #include "sim/wire/arduino_gantry_firmware.h"
 #include "sim/wire/grbl_firmware.h"
+#include "sim/wire/jeti_firmware.h"
 
 namespace wheatstone {
 namespace {
@@ -199,6 +201,53 @@ TEST(GrblFirmware, SurvivesAnyBytes) {
                        grbl.say(std::string(1, alphabet[random.next() % alphabet.size()])).size());
     if (random.uniform() < 0.02) grbl.wait(random.uniform() * 5);
   }
+  EXPECT_LT(longest, 20'000U);
+}
+
+struct JetiBench : World, Bench<JetiFirmware> {
+  JetiBench() : World("card", 0.02, 7), Bench<JetiFirmware>(JetiFirmware(*this)) {
+    light.led_drive = 0.5;
+  }
+};
+
+TEST(JetiFirmware, TakesUniqueStemsInAnyCase) {
+  JetiBench jeti;
+  EXPECT_EQ(jeti.say("*IDN?\r"), "JETI_SB1211\r");
+  EXPECT_EQ(jeti.say("*contr:laser 1\r"), "\x06");
+  EXPECT_EQ(jeti.say("*CONTrol:LASer?\r"), "laser: 1\r");
+  EXPECT_EQ(jeti.say("*configure:wrange 380 780 1\r"), "\x06");
+  for (const char* wrong : {"*conf:f 6\r", "*conf:cyc 1\r", "idn?\r", "*idn\r", "*\r", "\r"}) {
+    EXPECT_EQ(jeti.say(wrong), "\x15") << wrong;
+    EXPECT_EQ(jeti.say("*stat:err?\r"), "Error Code: 4 \r");
+  }
+  EXPECT_EQ(jeti.say("*conf:maxtin long\r"), "\x15");
+  EXPECT_EQ(jeti.say("*stat:err?\r"), "Error Code: 8 \r");
+}
+
+TEST(JetiFirmware, MeasuresInItsTimeAndCanBeAborted) {
+  JetiBench jeti;
+  EXPECT_EQ(jeti.say("*init\r"), "\x06");
+  EXPECT_EQ(jeti.say("*fetch:XYZ\r"), "") << "it listens to ESC only";
+  EXPECT_NEAR(jeti.until_it_speaks(), 3.6, 0.2);
+  EXPECT_EQ(jeti.heard, "\x07");
+  const std::string spectrum = jeti.say("*fetch:sprad\r");
+  EXPECT_EQ(std::count(spectrum.begin(), spectrum.end(), '\r'), 2 + 401);
+  EXPECT_EQ(jeti.say("*init\r"), "\x06");
+  EXPECT_EQ(jeti.say("\x1b"), "\x15");
+  EXPECT_EQ(jeti.say("*stat:err?\r"), "Error Code: 147 \r");
+  EXPECT_EQ(jeti.wait(100), "");
+}
+
+TEST(JetiFirmware, SurvivesAnyBytes) {
+  RandomStream random(10, 1);
+  JetiBench jeti;
+  const std::string alphabet =
+      "*:? \r\x1b"
+      "conftrlsemaiupdxyz019.-\xff";
+  std::size_t longest = 0;
+  for (int i = 0; i < 1'000'000; ++i)
+    longest = std::max(longest,
+                       jeti.say(std::string(1, alphabet[random.next() % alphabet.size()])).size());
   EXPECT_LT(longest, 20'000U);
 }
 
