@@ -1,12 +1,13 @@
 #include "sim/wire/usb/fadecandy_firmware.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace wheatstone {
 namespace {
 
 constexpr std::size_t kPacket = 64, kPixels = 512, kTable = 257;
-constexpr std::uint8_t kFinal = 0x20, kIndex = 0x1f;
+constexpr std::uint8_t kFinal = 0x20, kIndex = 0x1f, kNoDither = 0x01;
 constexpr std::size_t kLastIndex = 24;
 enum Type : std::uint8_t { kVideo = 0, kLut = 1, kConfiguration = 2 };
 
@@ -86,7 +87,8 @@ void FadecandyFirmware::packet(std::span<const std::uint8_t> bytes) {
   }
 }
 
-/// Codes become 16 bits by repetition, and are looked up between two entries of the table.
+/// Codes become 16 bits by repetition, and are looked up between two entries of the table. The LEDs
+/// take 8 bits; dithering in time makes the rest of it, and without that it is rounded.
 void FadecandyFirmware::show() {
   std::vector<LedCeiling::Rgb> drive(kPixels);
   for (std::size_t p = 0; p < kPixels; ++p)
@@ -94,7 +96,8 @@ void FadecandyFirmware::show() {
       const unsigned input = 257U * frame_[3 * p + c];
       const std::uint16_t* entry = &table_[c * kTable + (input >> 8)];
       const unsigned part = input & 0xff;
-      drive[p][c] = (entry[0] * (256 - part) + entry[1] * part) / (256.0 * 65535);
+      const double value = (entry[0] * (256 - part) + entry[1] * part) / (256.0 * 65535);
+      drive[p][c] = configuration_ & kNoDither ? std::round(255 * value) / 255 : value;
     }
   ceiling_.drive(drive);
 }
