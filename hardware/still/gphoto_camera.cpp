@@ -242,12 +242,6 @@ void GphotoCamera::cycle_power(const Deadline& deadline) {
                       "switch it by hand; correct the command (" + settings_.power_cycle + ")");
 }
 
-void GphotoCamera::lost(const std::string& how) {
-  lost_ = true;
-  throw DeviceError(Kind::kDisconnected, "the " + what(settings_) + " is disconnected: " + how,
-                    "plug it in again, then run the command again");
-}
-
 const GphotoCamera::Exposure& GphotoCamera::nearest(Duration wanted) const {
   const double seconds = wanted.value();
   const auto apart = [&](const Exposure& e) { return stops_apart(e.seconds, seconds); };
@@ -271,7 +265,9 @@ Duration GphotoCamera::frame_duration(Duration exposure) const {
 
 RawFrame GphotoCamera::expose(Duration wanted, Deadline deadline) {
   const Exposure exposure = nearest(wanted);
-  if (lost_) lost("it was lost before");
+  if (lost_)
+    throw DeviceError(Kind::kDisconnected, "the " + what(settings_) + " was lost before",
+                      "plug it in again, then run the command again");
   std::shared_ptr<Connection::Shot> shot;
   if (std::exchange(timed_out_, false) && !settings_.power_cycle.empty()) cycle_power(deadline);
   try {
@@ -292,7 +288,7 @@ RawFrame GphotoCamera::expose(Duration wanted, Deadline deadline) {
         deadline);
     shot = connection_->shot;
   } catch (const DeviceError& e) {
-    if (e.kind() == Kind::kDisconnected) lost(e.what());
+    lost_ = e.kind() == Kind::kDisconnected;
     timed_out_ = e.kind() == Kind::kTimeout;
     throw;
   }

@@ -1,7 +1,6 @@
 #pragma once
 // A still camera over libgphoto2 (docs/hardware/gphoto2.md, reference still_camera.md).
 
-#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,7 +56,6 @@ class GphotoCamera final : public StillCamera {
   const Exposure& nearest(Duration) const;
   void connect(const Deadline&);
   void cycle_power(const Deadline&);
-  [[noreturn]] void lost(const std::string& how);
 
   GphotoCameraSettings settings_;
   CallThread thread_;
