@@ -10,6 +10,7 @@
 #include "apps/commands/common.h"
 #include "apps/stations.h"
 #include "capture/deglare.h"
+#include "capture/exposure_check.h"
 #include "capture/exposure_stack.h"
 #include "capture/merged_exr.h"
 #include "core/error.h"
@@ -38,6 +39,10 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
                "glare of the lens taken out; sigma.Y is that of the light before, and shadows are "
                "noisier now\n");
   }
+  std::vector<std::string> files;
+  for (const auto& file : stack.files) files.push_back(file.string());
+  for (const std::string& warning : exposure_warnings(stack.exposures, stack.merging, files))
+    fmt::print(stderr, "warning: {}\n", warning);
   if (demosaic)
     write_merged_camera_exr(out, merged);
   else
