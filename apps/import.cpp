@@ -138,7 +138,8 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
       throw ArgumentError("the convention of " + format + " poses is fixed",
                           "leave --convention out; it is for nerf and llff");
   }
-  make_folder(dataset.root());
+  if (std::error_code error; fs::exists(dataset.root()) && !fs::is_empty(dataset.root(), error))
+    throw FileError(dataset.root(), "holds something already", "import into a new folder");
   double mm_per_unit = options.mm_per_unit;
   std::string line;
   if (format == "exr-stereo") {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/error.h"
 #include "core/json.h"
 
 namespace wheatstone {
@@ -24,6 +25,13 @@ std::string validate(const CapturePlan& plan) {
   if (!is_time(plan.marker_exposure_s)) return "the marker exposure must be above 0 s";
   if (!(plan.settle_s >= 0 && std::isfinite(plan.settle_s))) return "the rest must be 0 s or more";
   return "";
+}
+
+void require_possible(const CapturePlan& plan, const Rig& rig) {
+  if (const std::string reason = validate(plan); !reason.empty())
+    throw ArgumentError(reason, "change the plan");
+  for (const double t : plan.exposures_s) rig.camera->offered_exposure(Duration::of(t));
+  rig.camera->offered_exposure(Duration::of(plan.marker_exposure_s));
 }
 
 json to_json(const CapturePlan& plan) {

@@ -23,6 +23,10 @@ struct CapturePlan {
 /// Empty when the plan can be carried out, else the reason.
 std::string validate(const CapturePlan&);
 
+/// Throws ArgumentError for a plan that cannot be carried out, DeviceError kOutOfRange for an
+/// exposure that the rig's camera does not offer.
+void require_possible(const CapturePlan&, const Rig&);
+
 /// Everything of the plan, for the session's journal `file`, which errors name (FileError).
 nlohmann::json to_json(const CapturePlan&);
 CapturePlan plan_from_json(const nlohmann::json&, const std::filesystem::path& file);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "calib/markers.h"
 #include "capture/session_record.h"
@@ -67,6 +68,17 @@ json return_check(const Rig& rig, const Dataset& dataset, const Shot& first, con
     check["problem"] = e.what();  // the frames stay: the operator decides
   }
   return check;
+}
+
+/// Why no pose will be found from this marker frame; empty if one can be.
+std::string marker_problem(const CameraProfile& camera, const MosaicImage& frame,
+                           const std::string& file) {
+  try {
+    order_markers(find_markers(frame, camera), file);
+    return "";
+  } catch (const ArgumentError& e) {
+    return e.what();
+  }
 }
 
 class Session {
@@ -223,6 +235,10 @@ class Session {
     frame["bytes"] = written.size();
     frame["sha256"] = sha256_hex(written);
     record_.add("frame", frame);
+    if (shot.light == Shot::Light::kMarkers && !std::exchange(markers_looked_at_, true))
+      if (const std::string problem = marker_problem(rig_.camera_profile, raw.mosaic, shot.file);
+          !problem.empty())
+        record_.add("markers", {{"file", shot.file}, {"problem", problem}});
     report_progress();
   }
 
@@ -294,6 +310,7 @@ class Session {
   const std::vector<Shot> shots_;
   SessionRecord record_;
   Length position_;  // as the stage last said
+  bool markers_looked_at_ = false;
 };
 
 std::vector<json> journal_of(const Dataset& dataset) {
@@ -305,8 +322,7 @@ std::vector<json> journal_of(const Dataset& dataset) {
 
 void capture_light_field(const Rig& rig, const Dataset& dataset, const DatasetManifest& manifest,
                          const CapturePlan& plan, const CaptureListener& listener) {
-  if (const std::string reason = validate(plan); !reason.empty())
-    throw ArgumentError(reason, "change the plan");
+  require_possible(plan, rig);
   const SafeAtExit guard(rig);
   Session(rig, dataset, manifest, plan, listener).run();
 }

@@ -157,6 +157,7 @@ void add_convert_camera(CLI::App& app) {
       "Example:\n  wheatstone convert-camera out/left/camera.yaml --format colmap "
       "--out out/cameras.txt");
   command->callback([=] {
+    require_other_file(*out, {*input});
     write_camera_file(*out, camera_format_from_string(*format), read_camera_file(*input));
     fmt::print("wrote {}\n", *out);
   });

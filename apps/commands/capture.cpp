@@ -28,8 +28,28 @@ struct CaptureOptions {
   std::string rig, transcript, chaos;
   CapturePlan plan;
   double coverage = 0.95;
+  std::vector<std::string> exposures = {"1/240", "1/60", "1/15"};
   bool dry_run = false, as_json = false;
 };
+
+/// Seconds, as 0.0167 or as the camera shows them, 1/60.
+double exposure_from_string(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto number = [&](const std::string& part) {
+    std::size_t used = 0;
+    double value = 0;
+    try {
+      value = std::stod(part, &used);
+    } catch (const std::exception&) {  // used stays 0
+    }
+    if (used == 0 || used != part.size() || !(value > 0) || !std::isfinite(value))
+      throw ArgumentError("'" + text + "' is no exposure time",
+                          "give seconds above 0, as 0.0167 or 1/60");
+    return value;
+  };
+  if (slash == std::string::npos) return number(text);
+  return number(text.substr(0, slash)) / number(text.substr(slash + 1));
+}
 
 /// Tells a person or a program what happens.
 class Teller {
@@ -60,10 +80,17 @@ class Teller {
     if (event == "set aside")
       fmt::print("{} {}: taken again\n", r.at("file").get<std::string>(),
                  r.at("why").get<std::string>());
+    if (event == "markers")
+      fmt::print(stderr,
+                 "warning: {}\nwithout its markers no view gets a pose: stop the capture and put "
+                 "that right, unless the light alone is wanted\n",
+                 r.at("problem").get<std::string>());
     if (event == "returned") returned(r);
   }
 
   void progress(int done, int total) {
+    if (done == last_done_) return;  // a view that was there already
+    last_done_ = done;
     if (first_done_ < 0) first_done_ = done;
     const double elapsed_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
@@ -109,11 +136,11 @@ class Teller {
 
   const bool as_json_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  int first_done_ = -1;
+  int first_done_ = -1, last_done_ = -1;
 };
 
-/// The exposures of the session in the folder if it was planned for the same ratio, so that a
-/// resumed session does not probe again; else planned from a probe.
+/// The exposures of the session in the folder, so that a resumed one does not probe again (one
+/// planned otherwise is refused later); else planned from a probe.
 std::vector<double> exposures_for(const CapturePlan& plan, const Dataset& dataset, const Rig& rig,
                                   const std::stop_token& stop) {
   if (const std::optional<CapturePlan> there = recorded_plan(dataset)) return there->exposures_s;
@@ -144,8 +171,12 @@ void run_capture(const CaptureOptions& options) {
     make_safe(rig);
   });
   CapturePlan plan = options.plan;
-  if (const std::string reason = validate(plan); !reason.empty())
-    throw ArgumentError(reason, "change the plan");
+  if (plan.signal_to_noise == 0) {
+    plan.exposures_s.clear();
+    for (const std::string& text : options.exposures)
+      plan.exposures_s.push_back(exposure_from_string(text));
+  }
+  require_possible(plan, rig);
   if (plan.signal_to_noise != 0) {
     plan.coverage = options.coverage;
     plan.exposures_s = exposures_for(plan, dataset, rig, stop.token());
@@ -183,12 +214,14 @@ void add_capture(CLI::App& app) {
   command->add_option("--chaos", options->chaos,
                       "devices of the twin fail at random, for training: rare or often");
   command->add_option("--views", plan.views, "rail positions")->capture_default_str();
-  auto* exposures = command->add_option("--exposures", plan.exposures_s, "exposure times in s")
-                        ->capture_default_str();
+  auto* exposures =
+      command
+          ->add_option("--exposures", options->exposures, "exposure times in s, as 0.0167 or 1/60")
+          ->capture_default_str();
   auto* ratio = command->add_option("--signal-to-noise", plan.signal_to_noise,
                                     "probe the box and take the fewest exposures that reach this "
                                     "ratio in all views");
-  ratio->excludes(exposures);
+  ratio->excludes(exposures)->check(CLI::PositiveNumber);
   command->add_option("--coverage", options->coverage, "share of the pixels that have to reach it")
       ->capture_default_str()
       ->needs(ratio);

@@ -27,10 +27,26 @@ void SimulationOptions::add_to(CLI::App& command) {
 Dataset open_dataset(const std::string& folder) {
   const Dataset dataset(folder);
   if (!std::filesystem::exists(dataset.file("dataset.json")))
-    throw FileError(dataset.file("dataset.json"), "is missing",
-                    "name a folder that `wheatstone capture` or `wheatstone import` has finished");
+    throw FileError(
+        dataset.file("dataset.json"), "is missing",
+        std::filesystem::exists(dataset.file("session"))
+            ? "the capture into this folder has not finished: run it again"
+            : "name a folder that `wheatstone capture` or `wheatstone import` has finished");
   dataset.read_manifest();
   return dataset;
+}
+
+void require_other_file(const std::string& out, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    std::error_code error;  // one that is not there yet is another
+    if (std::filesystem::equivalent(out, input, error))
+      throw FileError(out, "is read from, and would be overwritten", "write to another file");
+  }
+}
+
+void require_exr_name(const std::string& out) {
+  if (std::filesystem::path(out).extension() != ".exr")
+    throw FileError(out, "would hold an EXR under another name", "let the name end in .exr");
 }
 
 SimulatedRigOptions twin_of(const Dataset& dataset, double scale) {

@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/dataset.h"
 #include "sim/simulated_rig.h"
@@ -23,6 +24,11 @@ struct SimulationOptions {
 
 /// The dataset in a folder that must be one, of a version this program reads.
 Dataset open_dataset(const std::string& folder);
+
+/// Throws FileError where writing `out` would overwrite an input, or give a file of floats another
+/// ending than .exr.
+void require_other_file(const std::string& out, const std::vector<std::string>& inputs);
+void require_exr_name(const std::string& out);
 
 /// The twin that a captured folder came from; imported folders are shown on the default twin.
 SimulatedRigOptions twin_of(const Dataset&, double scale);

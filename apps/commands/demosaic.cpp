@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/common.h"
 #include "capture/exposure_stack.h"
 #include "core/exr.h"
 
@@ -25,6 +26,8 @@ void add_demosaic(CLI::App& app) {
   command->footer(
       "Example:\n  wheatstone demosaic --input mosaic.exr --pattern RGGB --out colour.exr");
   command->callback([=] {
+    require_other_file(o->out, {o->input});
+    require_exr_name(o->out);
     const LinearMosaic mosaic = read_linear_mosaic(o->input, bayer_pattern_from_string(o->pattern));
     cv::Mat3f band;
     write_exr_rows(o->out, {mosaic.values.size(), {{"R"}, {"G"}, {"B"}}},

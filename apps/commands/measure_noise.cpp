@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/common.h"
 #include "calib/photon_transfer.h"
 #include "capture/exposure_stack.h"
 #include "capture/noise_profile.h"
@@ -61,7 +62,10 @@ void add_measure_noise(CLI::App& app) {
   command->add_option("--flats", *flats, "list of pairs (docs/hdr_merge.md)")->required();
   command->add_option("--out", *out, "noise profile, TOML")->required();
   command->footer("Example:\n  wheatstone measure-noise --flats flats.json --out camera.toml");
-  command->callback([=] { measure_noise(*flats, *out); });
+  command->callback([=] {
+    require_other_file(*out, {*flats});
+    measure_noise(*flats, *out);
+  });
 }
 
 }  // namespace wheatstone::apps

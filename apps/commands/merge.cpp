@@ -124,12 +124,15 @@ void add_merge(CLI::App& app) {
       "  wheatstone merge out/card --shard 3/16\n"
       "  wheatstone merge --frames frames.json --out merged.exr");
   command->callback([=] {
-    if (!o->frames.empty())
+    if (!o->frames.empty()) {
+      require_other_file(o->out, {o->frames, o->glare});
+      require_exr_name(o->out);
       merge_frames(o->frames, o->glare, !o->no_demosaic, o->out);
-    else if (!o->dataset.empty())
+    } else if (!o->dataset.empty()) {
       merge_dataset(o->dataset, o->shard, o->monitor_patches);
-    else
+    } else {
       throw ArgumentError("nothing to merge", "name a dataset folder, or --frames and --out");
+    }
   });
 }
 

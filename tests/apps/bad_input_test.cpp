@@ -56,6 +56,7 @@ TEST_F(BadInput, MissingDataset) {
     EXPECT_FALSE(fs::exists(path("nowhere")));
   }
   expect_refused(run_program({"import", path("nowhere"), "--out", path("d")}), {path("nowhere")});
+  EXPECT_FALSE(fs::exists(path("d")));
   EXPECT_FALSE(fs::exists(path("d/dataset.json")));
 }
 
@@ -117,7 +118,12 @@ TEST_F(BadInput, PosesWithoutTheirConvention) {
   expect_refused(
       run_program({"import", path("d/views.json"), "--format", "poses", "--out", path("imported")}),
       {path("d/views.json"), kPoseConvention});
-  EXPECT_FALSE(fs::exists(path("imported/dataset.json")));
+  EXPECT_FALSE(fs::exists(path("imported")));
+  const std::string before = read_text(dataset.file("dataset.json"));
+  expect_refused(
+      run_program({"import", path("d/views.json"), "--format", "poses", "--out", path("d")}),
+      {path("d"), "holds something already", "new folder"});
+  EXPECT_EQ(read_text(dataset.file("dataset.json")), before);
 }
 
 TEST_F(BadInput, FewerThanFourMarkers) {

@@ -94,6 +94,9 @@ TEST_F(Calibration, JsonHasWhatScriptsReadAndTheFilesAreThere) {
                 .status,
             0);
   EXPECT_EQ(read_text(path("again.yaml")), read_text(path("out/camchain.yaml")));
+  expect_refused(run_program({"convert-camera", path("out/camera.yaml"), "--format", "colmap",
+                              "--out", path("out/camera.yaml")}),
+                 {"is read from, and would be overwritten"});
   EXPECT_THAT(calibrate().out, HasSubstr("projection uncertainty"));
 }
 

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -136,10 +137,40 @@ TEST_F(CaptureTest, CtrlCStopsAtASafePlaceAndTheSameCommandGoesOn) {
   }
 }
 
+TEST_F(CaptureTest, TimesAreTakenAsTheCameraShowsThem) {
+  const Outcome outcome = run_program({"capture", path("d"), "--scale", "0.05", "--exposures",
+                                       "1/200", "0.05", "--dry-run", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(lines_of(outcome.out)[0].at("plan").at("exposures_s"), json({1 / 200.0, 0.05}));
+}
+
+TEST_F(CaptureTest, MarkersThatAreTooSmallAreToldOfAtOnce) {
+  const Outcome small = run_program(capture({"--json"}));
+  ASSERT_EQ(small.status, 0) << small.err;
+  const std::vector<json> lines = lines_of(small.out);
+  const auto event = std::find_if(lines.begin(), lines.end(),
+                                  [](const json& l) { return l.at("event") == "markers"; });
+  ASSERT_NE(event, lines.end());
+  EXPECT_THAT(event->at("problem").get<std::string>(), HasSubstr("of 4 marker LEDs"));
+  EXPECT_EQ(event->at("file"), "raw/view_000_markers.png");
+  fs::remove_all(path("d"));
+  EXPECT_THAT(run_program(capture()).err, HasSubstr("no view gets a pose"));
+  const Outcome large = run_program({"capture", path("e"), "--scale", "0.1", "--views", "1"});
+  EXPECT_EQ(large.status, 0);
+  EXPECT_THAT(large.err, ::testing::Not(HasSubstr("warning")));
+}
+
 TEST_F(CaptureTest, RefusesPlansThatCannotBe) {
   expect_refused(run_program({"capture", path("d"), "--views", "0"}), {"at least one view"});
   expect_refused(run_program({"capture", path("d"), "--exposures", "0.1", "0.1"}), {"twice"});
   expect_refused(run_program({"capture", path("d"), "--settle", "-1"}), {"rest"});
+  for (const char* bad : {"1/0", "x", "-0.1", "1/60s", "/60"})
+    expect_refused(run_program({"capture", path("d"), "--exposures", bad}),
+                   {"'" + std::string(bad) + "' is no exposure time", "1/60"});
+  for (const char* dry : {"--dry-run", "--json"})
+    expect_refused(run_program({"capture", path("d"), "--exposures", "1/60", "60", dry}),
+                   {"cannot expose for 60 s"});
+  EXPECT_NE(run_program({"capture", path("d"), "--signal-to-noise", "0"}).status, 0);
   EXPECT_FALSE(fs::exists(path("d")));
 }
 

@@ -349,6 +349,12 @@ TEST_F(HdrCommands, BadMosaicsAreRefused) {
   std::ofstream(path("text.png")) << "no picture";
   refused(path("text.png"), {path("text.png")});
   write_exr(path("ok.exr"), ScalarImage(6, 4, 1), "Y");
+  expect_refused(run_program({"demosaic", "--input", path("ok.exr"), "--pattern", "RGGB", "--out",
+                              path(".") + "/ok.exr"}),
+                 {"is read from, and would be overwritten"});
+  expect_refused(run_program({"demosaic", "--input", path("ok.exr"), "--pattern", "RGGB", "--out",
+                              path("o.png")}),
+                 {path("o.png"), "let the name end in .exr"});
   expect_refused(run_program({"demosaic", "--input", path("ok.exr"), "--pattern", "XTRANS", "--out",
                               path("o.exr")}),
                  {"XTRANS", "RGGB"});
