@@ -8,9 +8,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/capture_statistics.h"
+#include "apps/capture_verdict.h"
 #include "apps/plot.h"
 #include "apps/report.h"
-#include "capture/merged_exr.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
@@ -48,12 +48,27 @@ cv::Mat3b thumbnail(const cv::Mat3b& picture) {
   return small;
 }
 
+/// Neither in the false colours nor, nearly, in the box.
+const cv::Vec3b kSaturatedColour(0, 255, 255);
+
+/// The picture, which may have a legend below, with what is saturated in a colour of its own.
+cv::Mat3b marked(cv::Mat3b picture, const cv::Mat1b& saturated) {
+  picture.rowRange(0, saturated.rows).setTo(kSaturatedColour, saturated);
+  return picture;
+}
+
 /// The luminance that a share of the pixels does not exceed.
 double quantile(std::vector<float> values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+void verdict(Report& page, const std::vector<std::string>& problems) {
+  page.heading("Verdict");
+  if (problems.empty()) page.paragraph("Nothing is wrong with what has been made so far.");
+  for (const std::string& problem : problems) page.paragraph(problem);
 }
 
 void session(Report& page, const Dataset& dataset, const DatasetManifest& manifest) {
@@ -108,7 +123,12 @@ std::vector<float> thumbnails(Report& page, const Dataset& dataset,
                               const std::vector<CapturedView>& views) {
   page.heading("The views");
   std::vector<float> light;
-  std::vector<std::pair<const CapturedView*, RgbImage>> merged;
+  struct Merged {
+    const CapturedView* view;
+    RgbImage image;
+    cv::Mat1b saturated;
+  };
+  std::vector<Merged> merged;
   for (const CapturedView& view : views) {
     const fs::path file = dataset.file("hdr/" + view.name + ".exr");
     if (!fs::exists(file)) continue;
@@ -116,7 +136,8 @@ std::vector<float> thumbnails(Report& page, const Dataset& dataset,
     const ScalarImage y = luminance_cd_m2(image);
     for (int r = 0; r < y.height(); r += 4)
       for (int c = 0; c < y.width(); c += 4) light.push_back(y.pixels(r, c));
-    if (merged.size() < kMostThumbnails) merged.emplace_back(&view, image);
+    if (merged.size() < kMostThumbnails)
+      merged.push_back({&view, image, merged_trust(file).saturated});
   }
   if (merged.empty()) {
     page.paragraph("Not merged yet: run wheatstone merge on this folder.");
@@ -125,7 +146,8 @@ std::vector<float> thumbnails(Report& page, const Dataset& dataset,
   const double white = std::max(quantile(light, 0.995), 1e-3);
   page.paragraph(fmt::format(
       "{} of {} views are merged{}. White in the pictures is {:.4g} cd/m^2, which 99.5 % of all "
-      "pixels do not exceed; the same in every picture.",
+      "pixels do not exceed; the same in every picture. Cyan is saturated even in the shortest "
+      "exposure.",
       light.empty() ? 0
                     : std::count_if(views.begin(), views.end(),
                                     [&](const CapturedView& v) {
@@ -136,12 +158,12 @@ std::vector<float> thumbnails(Report& page, const Dataset& dataset,
                                      : "",
       white));
   std::vector<Report::Picture> row;
-  for (const auto& [view, image] : merged) {
+  for (const auto& [view, image, saturated] : merged) {
     std::vector<float> y;
     const ScalarImage luminance = luminance_cd_m2(image);
     for (const float v : luminance.pixels) y.push_back(v);
     row.push_back(
-        {thumbnail(to_srgb8(image, white)),
+        {thumbnail(marked(to_srgb8(image, white), saturated)),
          fmt::format(
              "{} at {:.2f} mm: {:.3g} to {:.4g} cd/m^2 (0.1 to 99.9 %), median {:.3g} cd/m^2",
              view->name, view->reached_mm, quantile(y, 0.001), quantile(y, 0.999),
@@ -275,13 +297,16 @@ void deviations(Report& page, const Dataset& dataset, const std::vector<Captured
     page.paragraph("Not merged yet.");
     return;
   }
-  const std::optional<ScalarImage> relative = relative_deviation(file, dataset.read_camera());
-  if (!relative) {
+  const MergedTrust trust = merged_trust(file);
+  if (trust.deviation_percent.empty()) {
     page.paragraph("The merged files have no deviations: the camera's noise was not known.");
     return;
   }
-  page.pictures({{thumbnail(false_colour_difference(*relative, 10, "percent")),
-                  name + ": standard deviation of each photosite, in percent of its light"}});
+  page.pictures(
+      {{thumbnail(marked(false_colour_difference(trust.deviation_percent, 10, "percent"),
+                         trust.saturated)),
+        name + ": standard deviation of the luminance of each cell of four photosites, in "
+               "percent of its light; cyan is saturated"}});
 }
 
 void poses(Report& page, const Dataset& dataset) {
@@ -336,13 +361,14 @@ void write_capture_report(const Dataset& dataset, const fs::path& page_file) {
   const std::vector<CapturedView> views = dataset.read_frames();
   if (views.empty() || views.front().exposures.empty())
     throw FileError(dataset.file("frames.json"), "names no frames", "capture again");
-  Report page("Capture " + dataset.root().filename().string());
-  session(page, dataset, manifest);
-  const std::vector<float> light = thumbnails(page, dataset, views);
-  exposure_ladder(page, camera, views.front().exposures, light);
   std::vector<ViewStatistics> statistics;
   for (const CapturedView& view : views)
     statistics.push_back(view_statistics(dataset, view, camera));
+  Report page("Capture " + dataset.root().filename().string());
+  verdict(page, capture_problems(dataset, views, statistics));
+  session(page, dataset, manifest);
+  const std::vector<float> light = thumbnails(page, dataset, views);
+  exposure_ladder(page, camera, views.front().exposures, light);
   clipping(page, camera, statistics, views.front().exposures);
   noise(page, statistics);
   deviations(page, dataset, views);

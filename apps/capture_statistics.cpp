@@ -105,22 +105,19 @@ ViewStatistics view_statistics(const Dataset& dataset, const CapturedView& view,
   return out;
 }
 
-std::optional<ScalarImage> relative_deviation(const std::filesystem::path& file,
-                                              const CameraProfile& camera) {
+MergedTrust merged_trust(const std::filesystem::path& file) {
   const std::map<std::string, ScalarImage> channels = read_exr_views(file).at(0).channels;
-  const auto sigma = channels.find("sigma.Y");
-  if (sigma == channels.end()) return std::nullopt;
-  const RgbImage light = read_exr(file);
-  ScalarImage out(light.width(), light.height());
+  const auto saturated = channels.find("mask.saturated"), sigma = channels.find("sigma.Y");
+  if (saturated == channels.end())
+    throw FileError(file, "has no layer mask.saturated", "merge the view again");
+  MergedTrust out{saturated->second.pixels > 0.5F, {}};
+  if (sigma == channels.end()) return out;
+  const ScalarImage light = luminance_cd_m2(read_exr(file));
+  out.deviation_percent = ScalarImage(light.width(), light.height(), 100);
   for (int y = 0; y < light.height(); ++y)
-    for (int x = 0; x < light.width(); ++x) {
-      const cv::Vec3f& rgb = light.pixels(y, x);
-      const int colour = bayer_colour(camera.pattern, y, x);
-      const double signal = camera.dn_per_cd_m2_s * camera.camera_from_bt709.row(colour).dot(
-                                                        Eigen::Vector3d(rgb[0], rgb[1], rgb[2]));
-      out.pixels(y, x) =
-          signal > 0 ? static_cast<float>(100 * sigma->second.pixels(y, x) / signal) : 100.0F;
-    }
+    for (int x = 0; x < light.width(); ++x)
+      if (light.pixels(y, x) > 0)
+        out.deviation_percent.pixels(y, x) = 100 * sigma->second.pixels(y, x) / light.pixels(y, x);
   return out;
 }
 

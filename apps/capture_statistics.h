@@ -2,7 +2,6 @@
 // Numbers about raw frames, for the report of a capture.
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +35,13 @@ ViewStatistics view_statistics(const Dataset&, const CapturedView&, const Camera
 /// x = 2 sqrt(x k + (s_read^2 + s_adc^2) k^2).
 double least_signal_dn(const CameraProfile&);
 
-/// Standard deviation of each photosite of a merged file in percent of its own light; nothing if
-/// the file has no deviations. Errors: FileError.
-std::optional<ScalarImage> relative_deviation(const std::filesystem::path&, const CameraProfile&);
+/// Of a merged file of light: which pixels are saturated even in the shortest exposure, and the
+/// standard deviation of each one's luminance in percent of it (100 where there is no light); empty
+/// if the file has none. Errors: FileError.
+struct MergedTrust {
+  cv::Mat1b saturated;  // 255 or 0
+  ScalarImage deviation_percent;
+};
+MergedTrust merged_trust(const std::filesystem::path&);
 
 }  // namespace wheatstone::apps

@@ -1,8 +1,6 @@
 #include "apps/stations.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 
 #include "apps/plot.h"
@@ -10,12 +8,7 @@
 #include "calib/marker_matching.h"
 #include "calib/markers.h"
 #include "capture/import/poses_json.h"
-#include "capture/lamp_drift.h"
-#include "capture/merge.h"
-#include "capture/merged_exr.h"
 #include "capture/rectify.h"
-#include "capture/session.h"
-#include "core/csv.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
@@ -25,136 +18,6 @@
 namespace wheatstone::apps {
 
 using nlohmann::json;
-
-namespace {
-
-MergedMosaic merge_view(const Dataset& dataset, const CapturedView& view,
-                        const CameraProfile& camera) {
-  std::vector<RawExposure> stack;
-  for (const ExposureRecord& e : view.exposures)
-    stack.push_back(
-        {read_mosaic_png(dataset.file(e.file), camera.pattern), Duration::of(e.exposure_s), 1});
-  try {
-    return merge_exposures(stack, merge_options(camera));
-  } catch (const ArgumentError& e) {
-    throw FileError(dataset.file("frames.json"), "view " + view.name + ": " + e.what(), "");
-  }
-}
-
-/// Share of the photosites whose light is at least `ratio` of its standard deviations.
-double share_reaching(double ratio, const MergedMosaic& merged) {
-  std::size_t reaching = 0;
-  for (int r = 0; r < merged.flags.rows; ++r)
-    for (int c = 0; c < merged.flags.cols; ++c)
-      reaching += !(merged.flags(r, c) & kSaturated) &&
-                  merged.mosaic.values(r, c) >= ratio * merged.sigma_dn_s(r, c);
-  return static_cast<double>(reaching) / static_cast<double>(merged.flags.total());
-}
-
-std::filesystem::path lamp_record(const Dataset& dataset, const std::string& view) {
-  return dataset.file("hdr/" + view + "_lamp.json");
-}
-
-/// Views of one folder are on one scale: all with the drift taken out, or none.
-void require_the_same_choice(const Dataset& dataset, const std::string& view, bool corrected) {
-  if (std::filesystem::exists(lamp_record(dataset, view)) == corrected) return;
-  throw FileError(dataset.file("hdr/" + view + ".exr"),
-                  corrected ? "was merged without the lamps' drift taken out"
-                            : "was merged with the lamps' drift taken out",
-                  corrected ? "remove the folder hdr, then merge again"
-                            : "give --monitor-patch, or remove the folder hdr");
-}
-
-PatchReading read_patch(const MergedMosaic& merged, const std::string& view,
-                        const MonitorPatches& patches) {
-  const auto patch = patches.find(view);
-  if (patch == patches.end())
-    throw ArgumentError("there is no monitor patch for " + view, "add a line for it");
-  try {
-    return read_monitor_patch(merged, patch->second);
-  } catch (const ArgumentError& e) {
-    throw ArgumentError(view + ": " + e.what(), "");
-  }
-}
-
-/// Brings a view to the lamps of the first one.
-void take_drift_out(const Dataset& dataset, const std::string& first_view,
-                    const PatchReading& first, const std::string& view,
-                    const MonitorPatches& patches, MergedMosaic& merged) {
-  LampCorrection correction;
-  try {
-    correction = lamp_corrections({first, read_patch(merged, view, patches)})[1];
-  } catch (const ArgumentError& e) {
-    throw ArgumentError(view + ": " + e.what(), "");
-  }
-  merged.mosaic.values *= correction.factor;
-  if (!merged.sigma_dn_s.empty()) merged.sigma_dn_s *= correction.factor;
-  write_json(
-      lamp_record(dataset, view), "wheatstone-lamp/1",
-      {{"factor", correction.factor}, {"sigma", correction.sigma}, {"reference_view", first_view}});
-}
-
-}  // namespace
-
-MonitorPatches read_monitor_patches(const std::filesystem::path& file) {
-  const CsvTable table = CsvTable::read(file);
-  MonitorPatches out;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    std::array<int, 4> side{};
-    constexpr std::array<const char*, 4> kNames = {"x_px", "y_px", "width_px", "height_px"};
-    for (std::size_t k = 0; k < side.size(); ++k) {
-      const double value = table.finite_number(i, kNames[k]);
-      if (value != std::round(value) || std::abs(value) > 1e6)
-        throw ArgumentError(table.where(i) + ": " + kNames[k] + " is no whole number of pixels",
-                            "give the rectangle in pixels of the raw frame");
-      side[k] = static_cast<int>(value);
-    }
-    if (!out.emplace(table.text(i, "view"), cv::Rect(side[0], side[1], side[2], side[3])).second)
-      throw ArgumentError(table.where(i) + ": a second patch for " + table.text(i, "view"),
-                          "give one line per view");
-  }
-  return out;
-}
-
-MergeReport merge(const Dataset& dataset, const Progress& progress, Shard shard,
-                  const MonitorPatches& patches) {
-  const CameraProfile camera = dataset.read_camera();
-  const std::vector<CapturedView> all = dataset.read_frames();
-  std::vector<const CapturedView*> mine;
-  for (std::size_t k = 0; k < all.size(); ++k)
-    if (shard.holds(k)) mine.push_back(&all[k]);
-  MergeReport report;
-  if (const std::optional<CapturePlan> plan = recorded_plan(dataset)) {
-    report.signal_to_noise = plan->signal_to_noise;
-    report.coverage = plan->coverage;
-  }
-  make_folder(dataset.file("hdr"));
-  std::optional<PatchReading> first;
-  for (std::size_t i = 0; i < mine.size(); ++i) {
-    const std::filesystem::path out = dataset.file("hdr/" + mine[i]->name + ".exr");
-    if (std::filesystem::exists(out)) {
-      require_the_same_choice(dataset, mine[i]->name, !patches.empty());
-      ++report.there_already;
-    } else {
-      MergedMosaic merged = merge_view(dataset, *mine[i], camera);
-      std::filesystem::remove(lamp_record(dataset, mine[i]->name));  // of a run that was ended
-      if (!patches.empty()) {
-        if (!first)
-          first = read_patch(
-              i == 0 && mine[0] == all.data() ? merged : merge_view(dataset, all[0], camera),
-              all[0].name, patches);
-        take_drift_out(dataset, all[0].name, *first, mine[i]->name, patches, merged);
-      }
-      write_merged_light_exr(out, merged, camera);
-      ++report.merged;
-      if (report.signal_to_noise > 0)
-        report.least_share =
-            std::min(report.least_share, share_reaching(report.signal_to_noise, merged));
-    }
-    progress("merge", static_cast<int>(i) + 1, static_cast<int>(mine.size()));
-  }
-  return report;
-}
 
 namespace {
 
@@ -303,6 +166,10 @@ PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress
   }
   const std::vector<CapturedView>& frames = out.frames;
   const PoseSolution& solution = out.solution;
+
+  for (const CapturedView& view : frames)
+    if (const auto file = dataset.file("hdr/" + view.name + ".exr"); !std::filesystem::exists(file))
+      throw FileError(file, "is missing", "run `wheatstone merge` on this folder first");
 
   std::vector<ImportedView> posed;
   for (std::size_t i = 0; i < frames.size(); ++i)

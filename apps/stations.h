@@ -19,10 +19,19 @@ namespace wheatstone::apps {
 
 using Progress = std::function<void(const std::string& what, int done, int total)>;
 
-/// Of the views merged now, where the capture was planned for a signal-to-noise ratio: the smallest
-/// share of a view's photosites that reach it, by the merge's own standard deviations.
+/// A view and a share of its pixels.
+struct ViewShare {
+  std::string view;
+  double share = 0;
+};
 struct MergeReport {
-  int merged = 0, there_already = 0;         // views
+  int views_of_folder = 0, merged = 0, there_already = 0;  // of the last two: the shard's views
+  // The shard's worst views, merged now or before: saturated even in the shortest exposure; below
+  // two standard deviations.
+  ViewShare most_saturated, most_underexposed;
+  std::vector<std::string> notes;  // why a view was merged again; exposures that contradict
+  // Of the views merged now, where the capture was planned for a signal-to-noise ratio: the
+  // smallest share of a view's photosites that reach it, by the merge's own standard deviations.
   double signal_to_noise = 0, coverage = 0;  // planned for; 0 if the exposures were given by hand
   double least_share = 1;
 };
@@ -32,10 +41,12 @@ using MonitorPatches = std::map<std::string, cv::Rect>;
 /// CSV with the columns view, x_px, y_px, width_px, height_px. Errors: FileError, ArgumentError.
 MonitorPatches read_monitor_patches(const std::filesystem::path&);
 
-/// raw/*.png to hdr/<view>.exr, cd/m^2: the shard's views, of which those that are already there
-/// are kept. With monitor patches every view is brought to the lamps of the first one, and by how
-/// much stands in hdr/<view>_lamp.json. Errors: FileError naming the view's frames, or a view that
-/// was merged with the other choice; ArgumentError for a view without a patch or with a bad one.
+/// raw/*.png to hdr/<view>.exr, cd/m^2, with its record hdr/<view>.json: the shard's views. A file
+/// that is there is kept if it is what its record says and was made from what it would be made from
+/// now; otherwise it is made again. With monitor patches every view is brought to the lamps of the
+/// first one. Errors: FileError: no capture; a frame that is missing or not what the session's
+/// journal says; or naming the view's frames. ArgumentError, before anything is written, unless
+/// there is a patch inside of every view and none besides; later for a view whose patch is bad.
 MergeReport merge(const Dataset&, const Progress&, Shard = {}, const MonitorPatches& = {});
 
 struct PoseCalibrationOptions {

@@ -1,5 +1,7 @@
 #include "capture/deglare.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,19 +20,35 @@ double lobe(double rho, double a, double b, double c) {
   return a * std::exp(-std::pow((rho - b) / c, 2));
 }
 
+double passed(const GlareMtf& mtf, double rho) {
+  return lobe(rho, mtf.a1, mtf.b1, mtf.c1) + lobe(rho, mtf.a2, mtf.b2, mtf.c2);
+}
+
+/// Half cycles per pixel.
+double rho_of(int r, int c, cv::Size plane) {
+  return std::hypot(frequency(r, plane.height), frequency(c, plane.width)) / 2;
+}
+
+/// A lens passes even light as a whole, and dividing by less than a twentieth leaves noise alone.
+void require_usable(const GlareMtf& mtf, cv::Size plane) {
+  if (!(std::abs(passed(mtf, 0) - 1) <= 1e-3))
+    throw ArgumentError(fmt::format("the glare MTF is {:.4g} at rho = 0", passed(mtf, 0)),
+                        "scale a1 and a2 so that it is 1 there");
+  for (int r = 0; r <= plane.height / 2; ++r)
+    for (int c = 0; c <= plane.width / 2; ++c) {
+      const double rho = rho_of(r, c, plane);
+      if (!(passed(mtf, rho) >= 0.05) || !std::isfinite(passed(mtf, rho)))
+        throw ArgumentError(
+            fmt::format("the glare MTF is {:.4g} at rho = {:.4g}", passed(mtf, rho), rho),
+            "give parameters that keep it at 0.05 or above for all frequencies of the image");
+    }
+}
+
 cv::Mat1d without_glare(const cv::Mat1d& plane, const GlareMtf& mtf) {
   cv::Mat2d spectrum;
   cv::dft(plane, spectrum, cv::DFT_COMPLEX_OUTPUT);
   for (int r = 0; r < plane.rows; ++r)
-    for (int c = 0; c < plane.cols; ++c) {
-      const double rho = std::hypot(frequency(r, plane.rows), frequency(c, plane.cols)) / 2;
-      const double passed = lobe(rho, mtf.a1, mtf.b1, mtf.c1) + lobe(rho, mtf.a2, mtf.b2, mtf.c2);
-      if (!(passed > 0) || !std::isfinite(1 / passed))
-        throw ArgumentError(
-            "the glare MTF is " + std::to_string(passed) + " at rho = " + std::to_string(rho),
-            "give parameters that keep it above 0 for all frequencies of the image");
-      spectrum(r, c) /= passed;
-    }
+    for (int c = 0; c < plane.cols; ++c) spectrum(r, c) /= passed(mtf, rho_of(r, c, plane.size()));
   cv::dft(spectrum, spectrum, cv::DFT_INVERSE | cv::DFT_SCALE);
   cv::Mat1d out(plane.size());
   for (int r = 0; r < plane.rows; ++r)
@@ -52,6 +70,7 @@ LinearMosaic remove_glare(const LinearMosaic& mosaic, const GlareMtf& mtf) {
       for (int r = 0; r < plane.rows; ++r)
         for (int c = 0; c < plane.cols; ++c)
           plane(r, c) = in(2 * r + first_row, 2 * c + first_column);
+      require_usable(mtf, plane.size());
       plane = without_glare(plane, mtf);
       for (int r = 0; r < plane.rows; ++r)
         for (int c = 0; c < plane.cols; ++c)

@@ -21,8 +21,8 @@ GlareMtf read_glare_mtf(const std::filesystem::path&);
 /// comes back. Same unit; never negative. Strong glare corrections amplify noise. Any size of at
 /// least 2 x 2; in planes of odd size the frequency grid ends at 0.5 exactly, as the reference has
 /// it (hdr_merge.md, sec. 4).
-/// Errors: ArgumentError for an MTF that is not finite and above 0 over the plane, and for less
-/// than one cell.
+/// Errors: ArgumentError for an MTF that is not 1 (within 0.001) at rho = 0 or below 0.05 somewhere
+/// over the plane, and for less than one cell.
 LinearMosaic remove_glare(const LinearMosaic&, const GlareMtf&);
 
 }  // namespace wheatstone

@@ -26,6 +26,12 @@ bool is_camera_raw(const std::filesystem::path& file) {
   return std::find(ready_made.begin(), ready_made.end(), extension) == ready_made.end();
 }
 
+/// However they are written, links included.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code missing;
+  return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, missing);
+}
+
 /// Calls read(), whose ArgumentError is about the key.
 template <class Read>
 auto of_key(const StrictObject& object, const std::string& key, const Read& read) {
@@ -124,6 +130,9 @@ ExposureStack read_exposure_stack(const std::filesystem::path& file) {
         frames[i], file, "frames[" + std::to_string(i) + "].",
         std::initializer_list<const char*>{"file", "exposure_s", "gain", "aperture_area"});
     out.files.push_back(file.parent_path() / entries[i].text("file"));
+    for (std::size_t k = 0; k < i; ++k)
+      if (same_file(out.files[k], out.files[i]))
+        entries[i].fail("file", "is the file of frames[" + std::to_string(k) + "] too");
     (is_camera_raw(out.files[i]) ? all_ready_made : all_raw) = false;
     if (all_ready_made || entries[i].has("exposure_s")) entries[i].positive("exposure_s");
   }

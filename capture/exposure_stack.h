@@ -20,8 +20,9 @@ struct ExposureStack {
 /// frames.json must not (but may give times that the files lack). Camera raw codes count as
 /// saturated from 0.98 of the white level on. Paths are relative to the folder of frames.json.
 /// Errors: FileError naming frames.json and the key: missing, unknown, of the wrong type or out of
-/// range, noise parameters missing for the estimator "full"; or naming the frame's file: missing,
-/// damaged, not 16-bit with one channel, codes beyond `bits`, without a time, unlike the first one.
+/// range, a file listed twice, noise parameters missing for the estimator "full"; or naming the
+/// frame's file: missing, damaged, not 16-bit with one channel, codes beyond `bits`, without a
+/// time, unlike the first one.
 ExposureStack read_exposure_stack(const std::filesystem::path& frames_json);
 
 /// Key "noise": an object with noise_k_rgb, std_read, std_adc, or the path of a noise profile.

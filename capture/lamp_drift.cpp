@@ -1,5 +1,7 @@
 #include "capture/lamp_drift.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
 
@@ -23,24 +25,20 @@ PatchReading read_monitor_patch(const MergedMosaic& view, const cv::Rect& patch)
   return out;
 }
 
-std::vector<LampCorrection> lamp_corrections(const std::vector<PatchReading>& readings,
-                                             double largest_drift) {
-  std::vector<LampCorrection> out;
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    const PatchReading &first = readings[0], &own = readings[i];
-    const std::string name = "the monitor patch of view " + std::to_string(i);
-    if (!(own.mean_dn_s > 0) || !std::isfinite(own.mean_dn_s))
-      throw ArgumentError(name + " is dark", "capture the view again");
-    const double factor = first.mean_dn_s / own.mean_dn_s;
-    if (std::abs(1 / factor - 1) > largest_drift)
-      throw ArgumentError(name + " has " + std::to_string(1 / factor) + " times its first light",
-                          "check that nothing covers it, and capture the view again");
-    const double sigma = i == 0 ? 0
-                                : factor * std::hypot(first.sigma_dn_s / first.mean_dn_s,
-                                                      own.sigma_dn_s / own.mean_dn_s);
-    out.push_back({factor, sigma});
-  }
-  return out;
+LampCorrection lamp_correction(const PatchReading& first, const PatchReading& view,
+                               double largest_drift) {
+  for (const PatchReading* reading : {&first, &view})
+    if (!(reading->mean_dn_s > 0) || !std::isfinite(reading->mean_dn_s))
+      throw ArgumentError(std::string("the monitor patch is dark") +
+                              (reading == &first ? " in the first view" : ""),
+                          "capture the view again");
+  const double factor = first.mean_dn_s / view.mean_dn_s;
+  if (std::abs(1 / factor - 1) > largest_drift)
+    throw ArgumentError(
+        fmt::format("the monitor patch has {:.3g} times the light of the first view's", 1 / factor),
+        "check that nothing covers it, and capture the view again");
+  return {factor, factor * std::hypot(first.sigma_dn_s / first.mean_dn_s,
+                                      view.sigma_dn_s / view.mean_dn_s)};
 }
 
 }  // namespace wheatstone

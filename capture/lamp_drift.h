@@ -2,7 +2,6 @@
 // Views of one light field on one scale, although the lamps drift while they are taken.
 
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "capture/merge.h"
 
@@ -18,13 +17,13 @@ struct PatchReading {
 /// Errors: ArgumentError for a patch that is empty, outside of the view, or not well exposed.
 PatchReading read_monitor_patch(const MergedMosaic&, const cv::Rect& patch);
 
-/// By what each view must be multiplied to have the lamps of the first one.
+/// By what a view must be multiplied to have the lamps of the first one.
 struct LampCorrection {
   double factor = 1, sigma = 0;
 };
-/// Errors: ArgumentError naming the view for a reading that is not positive, or that deviates from
-/// the first by more than `largest_drift` (a hand before the patch is no drift).
-std::vector<LampCorrection> lamp_corrections(const std::vector<PatchReading>&,
-                                             double largest_drift = 0.2);
+/// Errors: ArgumentError for a reading that is not positive, or a view that deviates from the first
+/// by more than `largest_drift` (a hand before the patch is no drift).
+LampCorrection lamp_correction(const PatchReading& first, const PatchReading& view,
+                               double largest_drift = 0.2);
 
 }  // namespace wheatstone

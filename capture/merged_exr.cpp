@@ -9,9 +9,10 @@ namespace {
 
 using FillPicture = std::function<void(cv::Range rows, std::span<cv::Mat1f> bands)>;
 
-/// Adds the layers to a picture whose channels come first and are filled by `fill_picture`.
+/// Adds the layers to a picture whose channels come first and are filled by `fill_picture`; `sigma`
+/// in the picture's unit, empty without noise parameters.
 void write(const std::filesystem::path& path, ExrPicture picture, const MergedMosaic& merged,
-           const FillPicture& fill_picture) {
+           const cv::Mat1f& sigma, const FillPicture& fill_picture) {
   const std::size_t own = picture.channels.size();
   picture.size = merged.flags.size();
   picture.compression = ExrCompression::kPiz;
@@ -22,7 +23,7 @@ void write(const std::filesystem::path& path, ExrPicture picture, const MergedMo
   };
   add("mask.saturated", kSaturated);
   add("mask.single_source", kSingleSource);
-  const bool has_sigma = !merged.sigma_dn_s.empty();
+  const bool has_sigma = !sigma.empty();
   if (has_sigma) {
     add("mask.underexposed", kUnderexposed);
     picture.channels.push_back({"sigma.Y", ExrPrecision::kFloat});
@@ -34,7 +35,7 @@ void write(const std::filesystem::path& path, ExrPicture picture, const MergedMo
       const cv::Mat1b set = (flags & bits[i]) != 0;
       set.convertTo(bands[own + i], CV_32F, 1.0 / 255);
     }
-    if (has_sigma) merged.sigma_dn_s.rowRange(rows).copyTo(bands.back());
+    if (has_sigma) sigma.rowRange(rows).copyTo(bands.back());
   });
 }
 
@@ -45,14 +46,15 @@ ExrPicture rgb(ExrPrecision precision, bool is_light) {
 }  // namespace
 
 void write_merged_mosaic_exr(const std::filesystem::path& path, const MergedMosaic& merged) {
-  write(path, {{}, {{"Y"}}}, merged, [&](cv::Range rows, std::span<cv::Mat1f> bands) {
-    merged.mosaic.values.rowRange(rows).copyTo(bands[0]);
-  });
+  write(path, {{}, {{"Y"}}}, merged, merged.sigma_dn_s,
+        [&](cv::Range rows, std::span<cv::Mat1f> bands) {
+          merged.mosaic.values.rowRange(rows).copyTo(bands[0]);
+        });
 }
 
 void write_merged_camera_exr(const std::filesystem::path& path, const MergedMosaic& merged) {
   cv::Mat3f band;
-  write(path, rgb(ExrPrecision::kFloat, false), merged,
+  write(path, rgb(ExrPrecision::kFloat, false), merged, merged.sigma_dn_s,
         [&](cv::Range rows, std::span<cv::Mat1f> bands) {
           demosaic_rows(merged.mosaic, rows, band);
           cv::split(band, bands.data());
@@ -62,7 +64,7 @@ void write_merged_camera_exr(const std::filesystem::path& path, const MergedMosa
 void write_merged_light_exr(const std::filesystem::path& path, const MergedMosaic& merged,
                             const CameraProfile& camera) {
   cv::Mat3f band;
-  write(path, rgb(ExrPrecision::kHalf, true), merged,
+  write(path, rgb(ExrPrecision::kHalf, true), merged, luminance_deviation(merged, camera),
         [&](cv::Range rows, std::span<cv::Mat1f> bands) {
           demosaic_rows(merged.mosaic, rows, band);
           cv::split(to_radiance(band, camera).pixels, bands.data());

@@ -9,8 +9,8 @@ namespace wheatstone {
 
 /// Writes, PIZ compressed, band by band, the picture and the layers of docs/hdr_merge.md:
 ///   picture      see the three functions
-///   sigma.Y      standard deviation of the photosite's own sample, DN/s at ISO 100, float;
-///                missing when the noise parameters are unknown
+///   sigma.Y      standard deviation, float; missing when the noise parameters are unknown. Of the
+///                photosite's own sample, DN/s at ISO 100; of light: luminance_deviation()
 ///   mask.saturated, mask.underexposed, mask.single_source   1 where true, else 0, half
 ///                (mask.underexposed comes with sigma.Y)
 /// Errors: FileError; ArgumentError as of demosaic(), to_radiance() and half precision.

@@ -10,6 +10,7 @@
 #include "apps/commands/common.h"
 #include "apps/stations.h"
 #include "capture/deglare.h"
+#include "capture/exposure_check.h"
 #include "capture/exposure_stack.h"
 #include "capture/merged_exr.h"
 #include "core/error.h"
@@ -38,6 +39,10 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
                "glare of the lens taken out; sigma.Y is that of the light before, and shadows are "
                "noisier now\n");
   }
+  std::vector<std::string> files;
+  for (const auto& file : stack.files) files.push_back(file.string());
+  for (const std::string& warning : exposure_warnings(stack.exposures, stack.merging, files))
+    fmt::print(stderr, "warning: {}\n", warning);
   if (demosaic)
     write_merged_camera_exr(out, merged);
   else
@@ -48,14 +53,35 @@ void merge_frames(const std::string& frames_json, const std::string& glare, bool
   fmt::print("wrote {}\n", out);
 }
 
+void warn_above_limit(const ViewShare& worst, const char* what, const char* remedy) {
+  constexpr double kLimit = 0.01;
+  if (worst.share > kLimit)
+    fmt::print(stderr, "warning: {:.3g} % of the pixels of {} are {}; {}\n", 100 * worst.share,
+               worst.view, what, remedy);
+}
+
 void merge_dataset(const std::string& folder, const std::string& shard,
                    const std::string& monitor_patches) {
   const MonitorPatches patches =
       monitor_patches.empty() ? MonitorPatches{} : read_monitor_patches(monitor_patches);
   const MergeReport r =
       merge(open_dataset(folder), show_progress, shard_from_string(shard), patches);
-  fmt::print("hdr: {} of {} views merged, {} were there already\n", r.merged,
-             r.merged + r.there_already, r.there_already);
+  for (const std::string& note : r.notes) fmt::print(stderr, "warning: {}\n", note);
+  const int mine = r.merged + r.there_already;
+  if (mine == 0) {
+    fmt::print("shard {} holds none of the {} views: there is nothing to do\n", shard,
+               r.views_of_folder);
+    return;
+  }
+  fmt::print("hdr: {} of {} views merged, {} were there already\n", r.merged, mine,
+             r.there_already);
+  fmt::print("at most {:.2f} % of a view ({}) are saturated, {:.2f} % ({}) underexposed\n",
+             100 * r.most_saturated.share, r.most_saturated.view, 100 * r.most_underexposed.share,
+             r.most_underexposed.view);
+  warn_above_limit(r.most_saturated, "saturated even in the shortest exposure",
+                   "their light is a lower bound; capture with a shorter exposure");
+  warn_above_limit(r.most_underexposed, "underexposed even in the longest exposure",
+                   "they are noise; capture with a longer exposure");
   if (r.merged > 0 && r.signal_to_noise > 0)
     fmt::print(
         "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "

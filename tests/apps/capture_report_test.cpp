@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "apps/capture_statistics.h"
+#include "apps/capture_verdict.h"
 #include "core/files.h"
 #include "core/png.h"
 #include "core/random.h"
@@ -25,7 +28,9 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
   EXPECT_THAT(early.out, HasSubstr("report.html"));
   EXPECT_THAT(page(), AllOf(HasSubstr("Not merged yet"), HasSubstr("Not calibrated yet"),
                             HasSubstr("1/240 s saturated"), HasSubstr("Nothing disturbed it"),
-                            HasSubstr("What each exposure measures")));
+                            HasSubstr("What each exposure measures"),
+                            HasSubstr("Nothing is wrong with what has been made so far")));
+  EXPECT_LT(page().find("Verdict"), page().find("The session"));
 
   ASSERT_EQ(run_program({"merge", path("d")}).status, 0);
   ASSERT_EQ(run_program({"calibrate", "poses", path("d")}).status, 0);
@@ -45,6 +50,69 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
   ASSERT_EQ(run_program({"calibrate", "eyes", path("d")}).status, 0);
   const Outcome rendered = run_program({"render", path("d"), "--method", "drlf"});
   EXPECT_EQ(rendered.status, 0) << rendered.err;
+}
+
+/// The first picture of the page.
+cv::Mat3b first_picture(const std::string& page) {
+  const std::string head = "data:image/png;base64,";
+  const std::size_t begin = page.find(head);
+  if (begin == std::string::npos) return {};
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<unsigned char> png;
+  unsigned bits = 0;
+  int count = 0;
+  for (std::size_t i = begin + head.size(); digits.find(page[i]) != std::string::npos; ++i) {
+    bits = bits << 6 | static_cast<unsigned>(digits.find(page[i]));
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    png.push_back(static_cast<unsigned char>(bits >> count));
+  }
+  return cv::imdecode(png, cv::IMREAD_COLOR);
+}
+
+TEST_F(CaptureReport, BeginsWithWhatIsWrong) {
+  // Exposed so long that nearly all of it saturates.
+  ASSERT_EQ(run_program(
+                {"capture", path("d"), "--scale", "0.05", "--views", "2", "--exposures", "8", "30"})
+                .status,
+            0);
+  const Outcome merged = run_program({"merge", path("d")});
+  ASSERT_EQ(merged.status, 0) << merged.err;
+  EXPECT_THAT(merged.err, AllOf(HasSubstr("warning: "), HasSubstr("saturated")));
+  ASSERT_EQ(run_program({"report", path("d")}).status, 0);
+  const std::string verdict = page().substr(0, page().find("The session"));
+  EXPECT_THAT(verdict, AllOf(HasSubstr("are saturated in the shortest exposure"),
+                             HasSubstr("Capture with a shorter exposure"),
+                             Not(HasSubstr("Nothing is wrong"))));
+  const cv::Mat3b picture = first_picture(page());
+  ASSERT_FALSE(picture.empty());
+  const MergedTrust trust = merged_trust(path("d/hdr/view_000.exr"));
+  int cyan = 0;
+  for (const cv::Vec3b& bgr : picture) cyan += bgr == cv::Vec3b(255, 255, 0);
+  EXPECT_GT(cv::countNonZero(trust.saturated), 0.3 * static_cast<double>(trust.saturated.total()));
+  EXPECT_NEAR(static_cast<double>(cyan) / static_cast<double>(picture.total()),
+              cv::countNonZero(trust.saturated) / static_cast<double>(trust.saturated.total()),
+              0.15);
+
+  // Too dark, in part not merged, and one merged file damaged.
+  ASSERT_EQ(run_program({"capture", path("e"), "--scale", "0.05", "--views", "3", "--exposures",
+                         "0.000125"})
+                .status,
+            0);
+  ASSERT_EQ(run_program({"merge", path("e")}).status, 0);
+  std::filesystem::remove(path("e/hdr/view_000.exr"));
+  std::filesystem::resize_file(path("e/hdr/view_001.exr"), 3000);
+  const std::vector<CapturedView> views = Dataset(path("e")).read_frames();
+  std::vector<ViewStatistics> statistics;
+  for (const CapturedView& v : views)
+    statistics.push_back(view_statistics(Dataset(path("e")), v, Dataset(path("e")).read_camera()));
+  EXPECT_THAT(
+      capture_problems(Dataset(path("e")), views, statistics),
+      testing::IsSupersetOf(
+          {testing::Matcher<std::string>(HasSubstr("in the noise of the longest")),
+           testing::Matcher<std::string>(HasSubstr("view_000: not merged")),
+           testing::Matcher<std::string>(HasSubstr("view_001: the HDR file is not what"))}));
 }
 
 TEST_F(CaptureReport, RefusesWhatIsNoCaptureOrDamaged) {

@@ -105,23 +105,70 @@ TEST_F(HdrCommands, GlareIsTakenOutOnDemand) {
   ASSERT_EQ(merge({"--no-demosaic"}).status, 0);
   const cv::Mat1f plain = read_exr_views(path("o.exr"))[0].channels.at("Y").pixels.clone();
 
-  // An MTF of 1 everywhere changes nothing but the sign of what is below 0; one of a half doubles.
-  for (const auto& [a1, factor] : {std::pair("1", 1.0), std::pair("0.5", 2.0)}) {
-    const Outcome outcome =
-        glare(std::string("a1 = ") + a1 + "\nb1 = 0\nc1 = 1e6\na2 = 0\nb2 = 0\nc2 = 1\n");
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_THAT(outcome.err, testing::HasSubstr("glare of the lens taken out"));
-    const cv::Mat1f clear = read_exr_views(path("o.exr"))[0].channels.at("Y").pixels;
-    for (int r = 0; r < plain.rows; ++r)
-      for (int c = 0; c < plain.cols; ++c)
-        EXPECT_NEAR(clear(r, c), std::abs(factor * plain(r, c)),
-                    1e-4 * std::max(1.0, std::abs(factor * plain(r, c))));
-  }
+  // An MTF of 1 everywhere changes nothing but the sign of what is below 0.
+  const Outcome outcome = glare("a1 = 1\nb1 = 0\nc1 = 1e6\na2 = 0\nb2 = 0\nc2 = 1\n");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("glare of the lens taken out"));
+  const cv::Mat1f clear = read_exr_views(path("o.exr"))[0].channels.at("Y").pixels;
+  for (int r = 0; r < plain.rows; ++r)
+    for (int c = 0; c < plain.cols; ++c)
+      EXPECT_NEAR(clear(r, c), std::abs(plain(r, c)), 1e-4 * std::max(1.0F, std::abs(plain(r, c))));
   fs::remove(path("o.exr"));
   expect_refused(glare("a1 = 1\n"), {"glare.toml", "\"b1\" is missing"});
+  for (const char* a1 : {"0", "0.5", "9"})
+    expect_refused(
+        glare(std::string("a1 = ") + a1 + "\nb1 = 0\nc1 = 1e6\na2 = 0\nb2 = 0\nc2 = 1\n"),
+        {"glare.toml", "rho = 0", "1"});
+  expect_refused(glare("a1 = 1\nb1 = 0\nc1 = 0.1\na2 = 0\nb2 = 0\nc2 = 1\n"),
+                 {"glare.toml", "0.05"});
   expect_refused(glare("a1 = -1\nb1 = 0\nc1 = 1\na2 = 0\nb2 = 0\nc2 = 1\n"), {"glare.toml"});
   expect_refused(glare("a1 = 1\nb1 = 0\nc1 = 0\na2 = 0\nb2 = 0\nc2 = 1\n"), {"\"c1\""});
   EXPECT_FALSE(fs::exists(path("o.exr")));
+}
+
+TEST_F(HdrCommands, ContradictoryStacksAreWarnedOf) {
+  // Light of 1000 : 1 that saturates a 14-bit sensor in the longer frame.
+  const auto write = [&](const std::string& name, double time_s) {
+    MosaicImage m{cv::Mat1w(40, 60)};
+    for (int r = 0; r < 40; ++r)
+      for (int c = 0; c < 60; ++c)
+        m.dn(r, c) = static_cast<std::uint16_t>(
+            std::min(16383.0, 512 + 1000 * std::pow(1000, (r + c) / 98.0) * time_s));
+    write_mosaic_png(path(name), m);
+  };
+  write("short.png", 0.01);
+  write("long.png", 0.04);
+  const json good = {{"pattern", "RGGB"},
+                     {"bits", 14},
+                     {"black", 512},
+                     {"frames",
+                      {{{"file", "short.png"}, {"exposure_s", 0.01}},
+                       {{"file", "long.png"}, {"exposure_s", 0.04}}}}};
+  const auto warnings = [&](const std::string& pointer, const json& value) {
+    json document = good;
+    if (!pointer.empty()) document[json::json_pointer(pointer)] = value;
+    store(document);
+    const Outcome outcome = merge();
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  const auto named =
+      testing::AllOf(testing::HasSubstr("warning: "), testing::HasSubstr(path("short.png")),
+                     testing::HasSubstr(path("long.png")));
+  EXPECT_THAT(warnings("", {}), testing::Not(testing::HasSubstr("warning")));
+  EXPECT_THAT(warnings("/frames/0/exposure_s", 0.16), named);
+  EXPECT_THAT(warnings("/frames/1/gain", 100), named);
+  EXPECT_THAT(warnings("/black", 0), named);
+  EXPECT_THAT(warnings("/bits", 16),
+              testing::AllOf(testing::HasSubstr("warning: "), testing::HasSubstr("long.png"),
+                             testing::HasSubstr("16383")));
+  fs::remove(path("o.exr"));
+  json twice = good;
+  for (const char* again : {"short.png", "./short.png", "link.png"}) {
+    if (again == std::string("link.png")) fs::create_symlink("short.png", path("link.png"));
+    twice["frames"][1]["file"] = again;
+    expect_merge_refused(twice, {path("frames.json"), "frames[1].file", "frames[0] too"});
+  }
 }
 
 TEST_F(HdrCommands, MergedColoursAreTheDemosaicedMosaic) {

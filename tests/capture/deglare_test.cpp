@@ -55,12 +55,22 @@ TEST(Deglare, ConstantsOfOddSizesStay) {
   }
 }
 
-TEST(Deglare, AnMtfOfZeroIsRefused) {
+TEST(Deglare, AnMtfThatNoLensHasIsRefused) {
   const LinearMosaic mosaic{cv::Mat1f(8, 8, 1.0f)};
   EXPECT_THROW(remove_glare(mosaic, {0, 0, 1, 0, 0, 1}), ArgumentError);
   EXPECT_THROW(remove_glare(mosaic, {1, 0, 0, 0, 0, 1}), ArgumentError);
   EXPECT_THROW(remove_glare(mosaic, {1, 0, 1e-3, 0, 0, 1}), ArgumentError);
   EXPECT_THROW(remove_glare({cv::Mat1f(1, 8, 1.0f)}, {}), ArgumentError);
+  // Not 1 for even light, which would scale all of it.
+  EXPECT_THROW(remove_glare(mosaic, {9, 0, 1, 0.1, 0, 1}), ArgumentError);
+  EXPECT_THROW(remove_glare(mosaic, {0.998, 0, 1, 0, 0, 1}), ArgumentError);
+  EXPECT_NO_THROW(remove_glare(mosaic, {0.9995, 0, 1, 0, 0, 1}));
+  EXPECT_THROW(remove_glare(mosaic, {NAN, 0, 1, 0, 0, 1}), ArgumentError);
+  // The corner of the spectrum is at rho = sqrt(1/8): exp(-rho^2 / c^2) = 0.05 for c^2 = rho^2 /
+  // ln 20.
+  const double c = std::sqrt(0.125 / std::log(20.0));
+  EXPECT_THROW(remove_glare(mosaic, {1, 0, 0.999 * c, 0, 0, 1}), ArgumentError);
+  EXPECT_NO_THROW(remove_glare(mosaic, {1, 0, 1.001 * c, 0, 0, 1}));
 }
 
 }  // namespace
