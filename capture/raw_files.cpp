@@ -21,8 +21,8 @@ RawFiles::RawFiles(const Dataset& dataset) : dataset_(dataset) {
   const fs::path journal = dataset.file(detail::kJournalFile);
   has_journal_ = fs::exists(journal);
   if (!has_journal_) return;
-  for (const auto& [file, frame] : detail::taken_frames(dataset, Journal::read(journal)))
-    recorded_[file] = {frame.bytes, frame.sha256};
+  for (const auto& [name, frame] : detail::taken_frames(dataset, Journal::read(journal)))
+    for (const detail::WrittenFile& f : frame.files) recorded_[f.file] = {f.bytes, f.sha256};
 }
 
 std::string RawFiles::sha256(const std::string& file) const {

@@ -44,8 +44,8 @@ class WiredCapture : public ::testing::Test {
   /// Exit status and what it says.
   std::pair<int, std::string> capture(const fs::path& dataset) {
     const std::string said =
-        output_of("timeout 120 " WHEATSTONE_PROGRAM " capture " + dataset.string() + " --rig " +
-                  (folder_.path / "rig.toml").string() + plan() + "; echo status $?");
+        output_of("{ timeout 120 " WHEATSTONE_PROGRAM " capture " + dataset.string() + " --rig " +
+                  (folder_.path / "rig.toml").string() + plan() + "; echo status $?; }");
     return {std::stoi(said.substr(said.rfind("status ") + 7)), said};
   }
 
@@ -92,7 +92,9 @@ TEST_F(WiredCapture, TwentyPulledCablesLoseNothing) {
       EXPECT_FALSE(fs::exists(dataset / "dataset.json")) << said;
       EXPECT_EQ(rig.light().marker_mask, 0U) << said;
       // Its LEDs keep their light when the Fadecandy has lost the host.
-      if (device != Device::kLeds) EXPECT_EQ(rig.light().led_drive, 0) << said;
+      if (device != Device::kLeds) {
+        EXPECT_EQ(rig.light().led_drive, 0) << said;
+      }
       EXPECT_TRUE(rig.comes_to_rest()) << said;
     }
     ASSERT_EQ(status, 0);

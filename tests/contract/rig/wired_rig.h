@@ -115,13 +115,13 @@ class WiredRig {
   GrblFirmware rail_firmware_{{}, carriage()};
   PtyPeer rail_;
   RelayFirmware markers_firmware_{world_};
-  HidPeer markers_{wired_bed(), markers_firmware_};
+  HidPeer markers_{wired_bed(), markers_firmware_};  // in port 1
   LedCeiling ceiling_{world_, places_on_wire(LedMapping())};
   FadecandyFirmware leds_firmware_{ceiling_};
-  UsbDevicePeer leds_{wired_bed(), leds_firmware_, "1"};
+  UsbDevicePeer leds_{wired_bed(), leds_firmware_, "2"};
   PtpCameraFirmware camera_firmware_{world_, quick_camera()};
   StillUsbFirmware camera_usb_{camera_firmware_};
-  UsbDevicePeer camera_{wired_bed(), camera_usb_, "2"};
+  UsbDevicePeer camera_{wired_bed(), camera_usb_, "3"};
 };
 
 }  // namespace wheatstone
