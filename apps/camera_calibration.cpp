@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <iterator>
 #include <map>
 #include <opencv2/imgproc.hpp>
 
@@ -27,7 +29,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kMinForCrossValidation = 5;
-constexpr double kUncertaintyTopPx = 1;  // full scale of uncertainty.png
+constexpr double kLeastTopPx = 0.25;  // full scale of uncertainty.png
 
 bool is_picture(const fs::path& file) {
   std::string ending = file.extension().string();
@@ -103,6 +105,7 @@ json camera_json(const CameraCalibration& c) {
           {"distortion_names", coefficient_names(c.model)},
           {"distortion", coefficients(c.distortion, c.model)},
           {"distortion_sigma", distortion_sigma},
+          {"loose_coefficients", loose_coefficients(c)},
           {"covariance", to_json(c.covariance)},
           {"rms_px", c.rms_px},
           {"corner_sigma_px", c.corner_sigma_px}};
@@ -116,14 +119,28 @@ json board_json(const Board& board) {
   return {{"columns", board.columns}, {"rows", board.rows}, {"square_mm", board.square_mm}};
 }
 
+/// The first of 0.25, 0.5, 1, 2.5, 5, 10, 25, ... that 95 % of the map do not exceed.
+double round_top(const ScalarImage& map) {
+  std::vector<float> values;
+  for (const float v : map.pixels)
+    if (!std::isnan(v)) values.push_back(v);
+  if (values.empty()) return kLeastTopPx;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.95 * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  double top = kLeastTopPx;
+  for (int step = 0; top < *at && step < 30; ++step) top *= step % 3 == 2 ? 2.5 : 2;
+  return top;
+}
+
 void write_pictures(const fs::path& folder, const CameraCalibration& c, const FoundBoards& boards,
                     const std::vector<std::size_t>& outliers) {
   write_picture_png(folder / "coverage.png", coverage_picture(boards, outliers));
   ScalarImage map = projection_uncertainty_px(c);
   write_exr(folder / "uncertainty.exr", map, "sigma_px");
-  cv::patchNaNs(map.pixels, kUncertaintyTopPx);
+  const double top_px = round_top(map);
+  cv::patchNaNs(map.pixels, top_px);
   write_picture_png(folder / "uncertainty.png",
-                    false_colour_difference(map, kUncertaintyTopPx, "px standard deviation"));
+                    false_colour_difference(map, top_px, "px standard deviation"));
 }
 
 double largest(const ScalarImage& map) {
@@ -277,27 +294,70 @@ json calibrate_camera(const CameraCalibrationOptions& options, const Progress& p
 
 namespace {
 
-/// Views by the number at the end of their names.
-std::map<std::string, const BoardView*> by_number(const FoundBoards& boards,
-                                                  const fs::path& folder) {
-  std::map<std::string, const BoardView*> numbered;
+/// The number at the end of a picture's name; empty without one.
+std::string number_of(const std::string& name) {
+  const std::string stem = fs::path(name).stem().string();
+  const auto last = stem.find_last_not_of("0123456789");
+  return last == std::string::npos ? stem : stem.substr(last + 1);
+}
+
+struct NumberedPicture {
+  std::string name;
+  const BoardView* board = nullptr;  // none: no board was found in it
+};
+
+/// Pictures by the number at the end of their names.
+std::map<std::string, NumberedPicture> by_number(const FoundBoards& boards,
+                                                 const fs::path& folder) {
+  std::map<std::string, NumberedPicture> numbered;
   for (const BoardView& v : boards.views) {
-    const std::string stem = fs::path(v.name).stem().string();
-    const auto last = stem.find_last_not_of("0123456789");
-    const std::string number = last == std::string::npos ? stem : stem.substr(last + 1);
+    const std::string number = number_of(v.name);
     if (number.empty())
       throw FileError(folder / v.name, "has no number at the end of its name",
                       "name the two pictures of a pair alike, as in left07.jpg and right07.jpg");
-    if (!numbered.emplace(number, &v).second)
-      throw FileError(folder / v.name, "has the same number as " + numbered[number]->name,
+    if (!numbered.emplace(number, NumberedPicture{v.name, &v}).second)
+      throw FileError(folder / v.name, "has the same number as " + numbered[number].name,
                       "choose one camera's pictures with --left and --right");
   }
+  for (const std::string& name : boards.without_board) {
+    const std::string number = number_of(name);
+    numbered.emplace(number.empty() || numbered.contains(number) ? name : number,
+                     NumberedPicture{name});
+  }
   return numbered;
+}
+
+/// Pictures of one side that are no half of a pair, each with the reason. A picture without a board
+/// whose other half has one is named there.
+void add_unpaired(const std::map<std::string, NumberedPicture>& side,
+                  const std::map<std::string, NumberedPicture>& others, json& list) {
+  for (const auto& [number, picture] : side) {
+    const auto other = others.find(number);
+    const bool other_has_board = other != others.end() && other->second.board;
+    if (picture.board && !other_has_board)
+      list.push_back({{"file", picture.name},
+                      {"reason", other == others.end() ? "the other side has no picture " + number
+                                                       : "no board in " + other->second.name}});
+    else if (!picture.board && !other_has_board)
+      list.push_back({{"file", picture.name}, {"reason", "no board in it"}});
+  }
+}
+
+void require_two_sides(const StereoCalibrationOptions& options) {
+  const auto left = pictures_below(options.images, options.left);
+  const auto right = pictures_below(options.images, options.right);
+  std::vector<fs::path> both;
+  std::set_intersection(left.begin(), left.end(), right.begin(), right.end(),
+                        std::back_inserter(both));
+  if (!both.empty())
+    throw FileError(options.images / both[0], "is a picture of the left and of the right camera",
+                    "choose each camera's own pictures with --left and --right");
 }
 
 }  // namespace
 
 json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& progress) {
+  require_two_sides(options);
   const FoundBoards left =
       find_boards(options.images, options.left, options.board, std::nullopt, progress);
   const FoundBoards right =
@@ -310,17 +370,15 @@ json calibrate_stereo(const StereoCalibrationOptions& options, const Progress& p
   const auto left_views = by_number(left, options.images);
   const auto right_views = by_number(right, options.images);
   std::vector<BoardView> paired_left, paired_right;
-  json unpaired = json::array();
-  for (const auto& [number, view] : left_views) {
-    if (const auto other = right_views.find(number); other != right_views.end()) {
-      paired_left.push_back(*view);
-      paired_right.push_back(*other->second);
-    } else {
-      unpaired.push_back(view->name);
+  for (const auto& [number, picture] : left_views)
+    if (const auto other = right_views.find(number);
+        picture.board && other != right_views.end() && other->second.board) {
+      paired_left.push_back(*picture.board);
+      paired_right.push_back(*other->second.board);
     }
-  }
-  for (const auto& [number, view] : right_views)
-    if (!left_views.contains(number)) unpaired.push_back(view->name);
+  json unpaired = json::array();
+  add_unpaired(left_views, right_views, unpaired);
+  add_unpaired(right_views, left_views, unpaired);
   if (paired_left.size() < 3)
     throw FileError(options.images,
                     fmt::format("shows the board to both cameras in {} pairs; 3 are needed",

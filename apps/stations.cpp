@@ -25,6 +25,7 @@ constexpr double kNearPlaneMm = 360;
 // A view whose markers fit 5 times worse than the median's, and worse than half a pixel, does not
 // belong to the others' rail.
 constexpr double kMisfitOfMedian = 5, kMisfitPx = 0.5;
+constexpr double kMisplacedMm = 1;  // between the markers and the rail's encoder
 
 json bad_views_json(const std::vector<BadView>& bad) {
   json list = json::array();
@@ -58,13 +59,44 @@ std::vector<std::vector<MarkerSighting>> sightings(const Dataset& dataset,
   return seen;
 }
 
-std::vector<std::size_t> misfits(const PoseSolution& solution) {
+/// A view that the others contradict, by its index.
+struct OddView {
+  std::size_t view = 0;
+  std::string reason;
+};
+
+std::vector<OddView> misfits(const PoseSolution& solution) {
   std::vector<double> sorted = solution.view_rms_px;
   std::sort(sorted.begin(), sorted.end());
   const double limit = std::max(kMisfitPx, kMisfitOfMedian * sorted[sorted.size() / 2]);
-  std::vector<std::size_t> found;
-  for (std::size_t v = 0; v < sorted.size(); ++v)
-    if (solution.view_rms_px[v] > limit) found.push_back(v);
+  std::vector<OddView> found;
+  for (std::size_t v = 0; v < sorted.size(); ++v) {
+    if (!(solution.view_rms_px[v] > limit)) continue;
+    char reason[160];
+    std::snprintf(reason, sizeof reason,
+                  "its markers fit the other views' rail to %.2f px only (median %.2f px)",
+                  solution.view_rms_px[v], solution.rms_free_px);
+    found.push_back({v, reason});
+  }
+  return found;
+}
+
+std::vector<OddView> misplaced(const PoseSolution& solution,
+                               const std::vector<CapturedView>& frames) {
+  std::vector<Eigen::Vector3d> centres;
+  std::vector<double> positions_mm;
+  for (std::size_t v = 0; v < frames.size(); ++v) {
+    centres.push_back(camera_centre(solution.T_camera_rsb[v]));
+    positions_mm.push_back(frames[v].reached_mm);
+  }
+  std::vector<OddView> found;
+  for (const MisplacedView& m : misplaced_views(centres, positions_mm, kMisplacedMm)) {
+    char reason[160];
+    std::snprintf(reason, sizeof reason,
+                  "its markers put it at %.2f mm on the rail, which reported %.2f mm", m.seen_mm,
+                  m.reported_mm);
+    found.push_back({m.view, reason});
+  }
   return found;
 }
 
@@ -117,6 +149,8 @@ void write_pose_report(const Dataset& dataset, const CameraProfile& camera,
   json document = {{"views", views},
                    {"rms_px", s.rms_px},
                    {"rms_free_px", s.rms_free_px},
+                   {"scatter_px", s.scatter_px},
+                   {"scatter_free_px", s.scatter_free_px},
                    {"noise_factor", s.noise_factor},
                    {"bad_views", bad_views_json(bad)},
                    {"rail", nullptr}};
@@ -149,21 +183,22 @@ PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress
   const std::vector<Eigen::Vector3d> markers = dataset.read_landmarks().markers_mm;
   auto seen = sightings(dataset, camera, markers, out.frames, out.bad_views);
   if (!options.skip_bad_views || seen.empty()) require_no_bad_views(out.bad_views, seen.size());
-  out.solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion, options.solver);
-  if (const auto odd = misfits(out.solution); !odd.empty()) {
-    for (auto v = odd.rbegin(); v != odd.rend(); ++v) {
-      const auto at = static_cast<std::ptrdiff_t>(*v);
-      char reason[160];
-      std::snprintf(reason, sizeof reason,
-                    "its markers fit the other views' rail to %.2f px only (median %.2f px)",
-                    out.solution.view_rms_px[*v], out.solution.rms_free_px);
-      out.bad_views.push_back({out.frames[*v].name, reason});
-      out.frames.erase(out.frames.begin() + at);
-      seen.erase(seen.begin() + at);
+  const auto solve = [&] {
+    out.solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion, options.solver);
+  };
+  const auto solve_without = [&](const std::vector<OddView>& odd) {
+    if (odd.empty()) return;
+    for (const OddView& o : odd) out.bad_views.push_back({out.frames[o.view].name, o.reason});
+    for (auto o = odd.rbegin(); o != odd.rend(); ++o) {
+      out.frames.erase(out.frames.begin() + static_cast<std::ptrdiff_t>(o->view));
+      seen.erase(seen.begin() + static_cast<std::ptrdiff_t>(o->view));
     }
     if (!options.skip_bad_views || seen.empty()) require_no_bad_views(out.bad_views, seen.size());
-    out.solution = solve_poses(markers, seen, camera.intrinsics, camera.distortion, options.solver);
-  }
+    solve();
+  };
+  solve();
+  solve_without(misfits(out.solution));
+  solve_without(misplaced(out.solution, out.frames));
   const std::vector<CapturedView>& frames = out.frames;
   const PoseSolution& solution = out.solution;
 

@@ -54,7 +54,7 @@ struct PoseCalibrationOptions {
   bool skip_bad_views = false;  // leave them out instead of stopping
   bool crop_per_view = false;   // each view as small as it can be, instead of all of one size
 };
-/// A view whose markers contradict where the LEDs stand, or the other views.
+/// A view whose markers contradict where the LEDs stand, the other views, or where the rail put it.
 struct BadView {
   std::string name, reason;
 };

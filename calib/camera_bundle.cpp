@@ -1,5 +1,7 @@
 #include "calib/camera_bundle.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 
@@ -112,6 +114,13 @@ double SharedInformation::corner_sigma_px() const {
 }
 
 void solve_to_end(ceres::Problem& problem, const std::string& what, const std::string& remedy) {
+  // Ceres logs each failed step as a warning, whatever its logging_type; the summary has the
+  // outcome.
+  static const bool quiet = [] {
+    FLAGS_minloglevel = google::GLOG_ERROR;
+    return true;
+  }();
+  static_cast<void>(quiet);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = 100;

@@ -212,4 +212,25 @@ BoardAdvice next_board(const CameraCalibration& c, const Board& board) {
   return best;
 }
 
+std::vector<std::string> loose_coefficients(const CameraCalibration& c) {
+  constexpr double kShareOfRadius = 0.1;
+  const Intrinsics& k = c.intrinsics;
+  const double r = std::hypot(std::max(k.cx_px, k.width_px - 1 - k.cx_px) / k.fx_px,
+                              std::max(k.cy_px, k.height_px - 1 - k.cy_px) / k.fy_px);
+  const std::vector<std::string> names = coefficient_names(c.model);
+  const Eigen::VectorXd sigma = c.sigma();
+  const bool fisheye = c.model == DistortionModel::kFisheye;
+  std::vector<std::string> loose;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    // What one unit does to a point at r, relative to r: r^2n for the nth radial coefficient (of
+    // the denominator from k4 on, unless it is a fisheye), 3 r for a tangential one.
+    const int n = names[i][1] - '0';
+    const double effect =
+        names[i][0] == 'p' ? 3 * r : std::pow(r, 2 * (n > 3 && !fisheye ? n - 3 : n));
+    if (sigma[static_cast<Eigen::Index>(4 + i)] * effect > kShareOfRadius)
+      loose.push_back(names[i]);
+  }
+  return loose;
+}
+
 }  // namespace wheatstone

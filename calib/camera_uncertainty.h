@@ -2,6 +2,7 @@
 // What the covariance of a calibration means in the picture, and how to lessen it.
 
 #include <string>
+#include <vector>
 
 #include "calib/camera_solver.h"
 #include "core/image.h"
@@ -29,5 +30,11 @@ struct BoardAdvice {
 /// would add, each with the calibration's corner_sigma_px. Throws ArgumentError when no pose shows
 /// the whole board in the picture.
 BoardAdvice next_board(const CameraCalibration&, const Board&);
+
+/// Names of the distortion coefficients that are not determined one by one: a change by their
+/// standard deviation alone would move the picture's farthest corner by more than a tenth of its
+/// distance from the principal point, so that only their sum can be small. A sign of too many
+/// terms.
+std::vector<std::string> loose_coefficients(const CameraCalibration&);
 
 }  // namespace wheatstone

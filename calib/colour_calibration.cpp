@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <cmath>
 #include <string>
 
 #include "core/error.h"
@@ -12,6 +13,17 @@ namespace {
 double luminance(const Eigen::Vector3d& rgb) {
   return kLuminanceWeights[0] * rgb[0] + kLuminanceWeights[1] * rgb[1] +
          kLuminanceWeights[2] * rgb[2];
+}
+
+constexpr double kSwapGain = 3;
+
+/// Root mean square of the patches' relative colour errors under their own best matrix.
+double misfit(const std::vector<ChartPatch>& patches) {
+  const Eigen::Matrix3d M = fit_colour_matrix(patches, ChartWeighting::kRelative);
+  double squares = 0;
+  for (const ChartPatch& p : patches)
+    squares += ((M * p.camera_rgb - p.reference) / p.reference.mean()).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(patches.size()));
 }
 
 }  // namespace
@@ -44,6 +56,22 @@ Eigen::Matrix3d fit_colour_matrix(const std::vector<ChartPatch>& patches,
     throw ArgumentError("the camera colours of the chart patches do not span the colour space",
                         "measure patches of different colours");
   return qr.solve(reference).transpose();
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> swapped_patches(
+    std::vector<ChartPatch> patches) {
+  double best = misfit(patches) / kSwapGain;
+  std::optional<std::pair<std::size_t, std::size_t>> pair;
+  for (std::size_t a = 0; a < patches.size(); ++a)
+    for (std::size_t b = a + 1; b < patches.size(); ++b) {
+      std::swap(patches[a].reference, patches[b].reference);
+      if (const double exchanged = misfit(patches); exchanged < best) {
+        best = exchanged;
+        pair = {a, b};
+      }
+      std::swap(patches[a].reference, patches[b].reference);
+    }
+  return pair;
 }
 
 Eigen::Matrix3d scaled_to_patch(const Eigen::Matrix3d& M, const ChartPatch& patch) {

@@ -2,6 +2,9 @@
 // Camera colours to light, from chart patches measured with a spectroradiometer.
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/rig_types.h"
@@ -22,6 +25,10 @@ enum class ChartWeighting { kNone, kRelative };
 /// Errors: ArgumentError for fewer than three patches, colours that do not span the space, numbers
 /// that are not finite, and with kRelative a patch whose reference has no positive mean.
 Eigen::Matrix3d fit_colour_matrix(const std::vector<ChartPatch>&, ChartWeighting);
+
+/// The two patches whose references, exchanged, make the chart fit at least three times better; the
+/// pair that does so best. Relative weighting. Errors: as fit_colour_matrix().
+std::optional<std::pair<std::size_t, std::size_t>> swapped_patches(std::vector<ChartPatch>);
 
 /// Scales M so that the camera gives `patch` exactly the luminance of its reference: the absolute
 /// scale of the reference patch, the colours of the whole chart. References are BT.709 in cd/m^2.

@@ -243,6 +243,14 @@ std::vector<std::vector<Eigen::Vector2d>> residuals(const Input& in, const Bundl
   return all;
 }
 
+/// Standard deviation of a residual per axis, from the residuals per degree of freedom.
+double scatter(const Input& in, const Bundle& bundle) {
+  double squares = 0;
+  for (const auto& view : residuals(in, bundle))
+    for (const Eigen::Vector2d& r : view) squares += r.squaredNorm();
+  return std::sqrt(squares / std::max(bundle.freedom(), 1.0));
+}
+
 }  // namespace
 
 PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
@@ -286,20 +294,24 @@ PoseSolution solve_poses(std::span<const Eigen::Vector3d> markers_rsb,
     out.view_rms_px.push_back(rms({out.residuals_px[v]}));
   }
   out.rms_px = out.rms_free_px = rms(out.residuals_px);
+  out.scatter_px = out.scatter_free_px = scatter(in, loose);
   if (options.straight_rail) {
     Bundle free(in, starts, false, 1);
     free.solve();
     out.rms_free_px = rms(residuals(in, free));
+    out.scatter_free_px = scatter(in, free);
   }
 
   double worst_mm = 0;
   for (std::size_t v = 0; v < in.seen.size(); ++v)
     worst_mm = std::max(worst_mm, std::sqrt(out.centre_covariance_mm2(v).trace()));
-  char line[200];
+  char line[300];
   std::snprintf(line, sizeof line,
-                "%zu poses, %s: RMS %.3f px (free rotations %.3f px), worst centre sigma %.3f mm",
-                in.seen.size(), options.straight_rail ? "one rotation" : "a rotation each",
-                out.rms_px, out.rms_free_px, worst_mm);
+                "%zu %s, %s: RMS %.3f px, per degree of freedom %.3f px (%.3f px with a rotation "
+                "each), noise factor %.2f, worst centre sigma %.3f mm",
+                in.seen.size(), in.seen.size() == 1 ? "pose" : "poses",
+                options.straight_rail ? "one rotation" : "a rotation each", out.rms_px,
+                out.scatter_px, out.scatter_free_px, out.noise_factor, worst_mm);
   out.report = line;
   return out;
 }

@@ -32,8 +32,11 @@ struct PoseSolution {
   std::vector<std::vector<Eigen::Vector2d>> residuals_px;  // predicted - seen, [view][marker]
   std::vector<double> view_rms_px;
   double rms_px = 0;       // root mean square length of the residuals
-  double rms_free_px = 0;  // the same with a rotation for each view: much smaller than rms_px means
-                           // that the carriage does turn
+  double rms_free_px = 0;  // the same with a rotation for each view
+  /// Standard deviation of a residual per axis and degree of freedom, with one rotation and with a
+  /// rotation for each view, both without the straightness prior: a second much smaller than the
+  /// first means that the carriage does turn.
+  double scatter_px = 0, scatter_free_px = 0;
   /// The residuals' size in units of what the sightings' covariances predict, made larger by what
   /// is in doubt about it (Student's t). The pose covariances are scaled by its square: with 8 or
   /// more degrees of freedom by the residuals alone, with fewer by at least 1.

@@ -7,6 +7,93 @@
 #include "core/error.h"
 
 namespace wheatstone {
+namespace {
+
+constexpr double kLeastScale = 0.1;  // travel per mm of a rail that moves at all
+
+/// travel = scale position + offset.
+struct Line {
+  double scale = 0, offset = 0;
+  double error(double position, double travel) const { return travel - scale * position - offset; }
+};
+
+Line least_squares(const std::vector<std::size_t>& views, std::span<const double> positions,
+                   const Eigen::VectorXd& travel) {
+  double p = 0, t = 0, pp = 0, pt = 0;
+  const auto n = static_cast<double>(views.size());
+  for (const std::size_t v : views)
+    p += positions[v] / n, t += travel[static_cast<Eigen::Index>(v)] / n;
+  for (const std::size_t v : views) {
+    pp += (positions[v] - p) * (positions[v] - p);
+    pt += (positions[v] - p) * (travel[static_cast<Eigen::Index>(v)] - t);
+  }
+  return {pt / pp, t - pt / pp * p};
+}
+
+/// The views that agree with the line, with the sum of their errors.
+struct Agreement {
+  std::vector<std::size_t> views;
+  double errors_mm = 0;
+};
+
+Agreement agreement(const Line& line, std::span<const double> positions,
+                    const Eigen::VectorXd& travel, double tolerance_mm) {
+  Agreement out;
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (const double e = std::abs(line.error(positions[v], travel[static_cast<Eigen::Index>(v)]));
+        e <= tolerance_mm)
+      out.views.push_back(v), out.errors_mm += e;
+  return out;
+}
+
+}  // namespace
+
+std::vector<MisplacedView> misplaced_views(std::span<const Eigen::Vector3d> centres,
+                                           std::span<const double> positions_mm,
+                                           double tolerance_mm) {
+  const std::size_t n = centres.size();
+  if (n != positions_mm.size())
+    throw ArgumentError(std::to_string(n) + " camera centres and " +
+                            std::to_string(positions_mm.size()) + " positions make no rail",
+                        "give one position per view");
+  if (n < 3) return {};
+  Eigen::Matrix3Xd offset(3, static_cast<Eigen::Index>(n));
+  for (std::size_t v = 0; v < n; ++v) offset.col(static_cast<Eigen::Index>(v)) = centres[v];
+  offset.colwise() -= offset.rowwise().mean().eval();
+  const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(offset, Eigen::ComputeFullU);
+  const Eigen::VectorXd travel = offset.transpose() * svd.matrixU().col(0);
+
+  Agreement best;
+  bool moves = false;
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = a + 1; b < n; ++b) {
+      if (positions_mm[a] == positions_mm[b]) continue;
+      moves = true;
+      Agreement other = agreement(least_squares({a, b}, positions_mm, travel), positions_mm, travel,
+                                  tolerance_mm);
+      if (other.views.size() > best.views.size() ||
+          (other.views.size() == best.views.size() && other.errors_mm < best.errors_mm))
+        best = std::move(other);
+    }
+  if (!moves) return {};
+  const char* const remedy = "check that each marker frame belongs to its view, and the encoder";
+  if (best.views.size() < std::max<std::size_t>(3, n / 2 + 1))
+    throw ArgumentError(
+        "the views do not stand where the rail reported them, and no majority "
+        "agrees on the rail",
+        remedy);
+  const Line line = least_squares(best.views, positions_mm, travel);
+  if (std::abs(line.scale) < kLeastScale)
+    throw ArgumentError("the camera stays in one place while the rail reports that it moved",
+                        remedy);
+  std::vector<MisplacedView> out;
+  for (std::size_t v = 0; v < n; ++v) {
+    const double along = travel[static_cast<Eigen::Index>(v)];
+    if (std::abs(line.error(positions_mm[v], along)) > tolerance_mm)
+      out.push_back({v, (along - line.offset) / line.scale, positions_mm[v]});
+  }
+  return out;
+}
 
 RailReport report_rail(std::span<const Eigen::Vector3d> centres,
                        std::span<const double> positions_mm) {

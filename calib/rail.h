@@ -2,6 +2,7 @@
 // What the camera centres say about the rail that carried the camera.
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -26,5 +27,21 @@ struct RailReport {
 /// least two views at different positions.
 RailReport report_rail(std::span<const Eigen::Vector3d> centres_rsb,
                        std::span<const double> positions_mm);
+
+/// A view that does not stand where the rail says, both on the rail's own scale.
+struct MisplacedView {
+  std::size_t view = 0;
+  double seen_mm = 0, reported_mm = 0;  // by its centre, and by the rail
+};
+
+/// Views whose centre is more than `tolerance_mm` along the rail away from their position. The
+/// rail's scale, offset and direction are those that most views agree on, so that no view that is
+/// wrong has a say. Empty for fewer than three views or when all have one position.
+/// Throws ArgumentError when the rest is no majority or three views contradict (nobody can say
+/// which is wrong), when the centres stay in place while the positions change, and for lists of
+/// different lengths.
+std::vector<MisplacedView> misplaced_views(std::span<const Eigen::Vector3d> centres_rsb,
+                                           std::span<const double> positions_mm,
+                                           double tolerance_mm);
 
 }  // namespace wheatstone

@@ -10,6 +10,13 @@
 #include "core/error.h"
 
 namespace wheatstone::apps {
+namespace {
+
+// Residuals this many times the centroids' noise come from how the mosaic samples the spots; that
+// error is alike in all views and does not average out.
+constexpr double kLargeNoiseFactor = 4;
+
+}  // namespace
 
 void add_calibrate(CLI::App& app) {
   auto* calibrate =
@@ -50,6 +57,11 @@ void add_calibrate(CLI::App& app) {
     pose_options->crop_per_view = *crop == "per-view";
     const PoseCalibration c = calibrate_poses(open_dataset(*folder), show_progress, *pose_options);
     fmt::print("{}\n", c.solution.report);
+    if (c.solution.noise_factor > kLargeNoiseFactor)
+      fmt::print(stderr,
+                 "warning: the marker spots are too few pixels wide for these standard deviations "
+                 "(noise factor {:.1f}); errors that all views share may be 2 to 3 times larger\n",
+                 c.solution.noise_factor);
     for (const BadView& b : c.bad_views) fmt::print("left out {}: {}\n", b.name, b.reason);
     constexpr double kMbPerPx = 12e-6;  // three floats
     fmt::print("views cropped from {:.1f} to {:.1f} MB in memory, {:.0f} % of the photos",

@@ -28,6 +28,12 @@ struct BoardArguments {
     command.add_option("--out", out, "folder for camera files, pictures and the result as JSON");
     command.add_flag("--json", as_json, "the result as JSON on standard output");
   }
+  Board parsed_board() const {
+    if (square_mm > 0 && square_mm < 1)
+      fmt::print(stderr, "warning: squares of {} mm: --square-mm takes millimetres, not metres\n",
+                 square_mm);
+    return board_from_string(board, square_mm);
+  }
   std::optional<std::filesystem::path> out_folder() const {
     return out.empty() ? std::nullopt : std::optional<std::filesystem::path>(out);
   }
@@ -41,6 +47,14 @@ void print_camera(const json& c) {
   for (std::size_t i = 0; i < c.at("distortion").size(); ++i)
     fmt::print("{:<6} {:12.6f} +- {:.6f}\n", c["distortion_names"][i].get<std::string>(),
                c["distortion"][i].get<double>(), c["distortion_sigma"][i].get<double>());
+  const json& loose = c.at("loose_coefficients");
+  if (loose.empty()) return;
+  std::string names;
+  for (const json& name : loose) names += (names.empty() ? "" : ", ") + name.get<std::string>();
+  fmt::print(
+      "not determined one by one: {}; use a --distortion with fewer terms, unless its "
+      "cross-validated RMS is clearly larger\n",
+      names);
 }
 
 /// The camera files, and what else was written with them; nothing where nothing was.
@@ -96,7 +110,7 @@ void add_calibrate_camera(CLI::App& calibrate) {
       "opencv_9x6 --match 'left*' --board 9x6 --square-mm 25 --out out/left");
   command->callback([=] {
     options->images = common->images;
-    options->board = board_from_string(common->board, common->square_mm);
+    options->board = common->parsed_board();
     if (!markers->dictionary.empty()) options->charuco = *markers;
     options->model = distortion_model_from_string(common->distortion);
     options->out = common->out_folder();
@@ -123,7 +137,7 @@ void add_calibrate_stereo(CLI::App& calibrate) {
       "bumblebee2_chess --left 'left*' --right 'right*' --board 4x6 --square-mm 30");
   command->callback([=] {
     options->images = common->images;
-    options->board = board_from_string(common->board, common->square_mm);
+    options->board = common->parsed_board();
     options->model = distortion_model_from_string(common->distortion);
     options->out = common->out_folder();
     const json result = calibrate_stereo(*options, show_progress);
@@ -138,8 +152,9 @@ void add_calibrate_stereo(CLI::App& calibrate) {
     fmt::print("RMS {:.4f} px over {} pairs\nbaseline {:.3f} +- {:.3f} mm\n",
                result["rms_px"].get<double>(), result["pairs"].size(),
                result["baseline_mm"].get<double>(), result["baseline_mm_sigma"].get<double>());
-    for (const json& name : result["unpaired"])
-      fmt::print("without its other half: {}\n", name.get<std::string>());
+    for (const json& picture : result["unpaired"])
+      fmt::print("without its other half: {} ({})\n", picture["file"].get<std::string>(),
+                 picture["reason"].get<std::string>());
     print_files(result, "stereo.json");
   });
 }

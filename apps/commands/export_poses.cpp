@@ -54,7 +54,8 @@ void add_export_poses(CLI::App& app) {
     } else {
       write_colmap(target, *format == "colmap-binary", views, points);
     }
-    fmt::print("{} poses, {}, in {}\n", views.size(), to_string(convention), target.string());
+    fmt::print("{} {}, {}, in {}\n", views.size(), views.size() == 1 ? "pose" : "poses",
+               to_string(convention), target.string());
   });
 }
 

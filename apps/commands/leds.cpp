@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kSchema = "wheatstone-leds/1";
+constexpr const char* kSchema = "wheatstone-leds/2";
 constexpr std::size_t kLeds = std::size_t{kLedRows} * kLedColumns;
 
 /// The readings of one LED while they come in.
@@ -38,7 +38,34 @@ int whole(const CsvTable& table, std::size_t row, const char* column, int limit)
   return static_cast<int>(value);
 }
 
-std::vector<LedCalibration> calibrate(const CsvTable& table) {
+constexpr double kDoubtfulResidual = 0.1;
+constexpr double kDarkOfFull = 0.01;  // below this share of full drive residuals are not relative
+
+/// The reading that the fitted responses miss most, relative to it.
+struct LargestResidual {
+  double relative = 0;
+  std::string where;
+};
+
+LargestResidual largest_residual(const std::vector<LedCalibration>& leds,
+                                 const std::vector<Readings>& readings) {
+  LargestResidual largest;
+  for (std::size_t led = 0; led < leds.size(); ++led)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const GainGammaOffset& response = leds[led].responses[c];
+      const double floor = kDarkOfFull * response.luminance_cd_m2(1);
+      for (const DriveReading& r : readings[led].sweeps[c]) {
+        const double relative = (response.luminance_cd_m2(r.drive) - r.luminance_cd_m2) /
+                                std::max(r.luminance_cd_m2, floor);
+        if (std::abs(relative) > std::abs(largest.relative))
+          largest = {relative, fmt::format("row {}, column {}, {} at drive {}", led / kLedColumns,
+                                           led % kLedColumns, "RGB"[c], r.drive)};
+      }
+    }
+  return largest;
+}
+
+std::vector<Readings> read_readings(const CsvTable& table) {
   std::vector<Readings> readings(kLeds);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto led = static_cast<std::size_t>(whole(table, i, "row", kLedRows) * kLedColumns +
@@ -46,6 +73,9 @@ std::vector<LedCalibration> calibrate(const CsvTable& table) {
     const Eigen::Vector3d xyz(table.finite_number(i, "X_cd_m2"), table.finite_number(i, "Y_cd_m2"),
                               table.finite_number(i, "Z_cd_m2"));
     const double drive = table.finite_number(i, "drive");
+    if (drive < 0 || drive > 1)
+      throw ArgumentError(table.where(i) + fmt::format(": a drive of {}; drive is 0 to 1", drive),
+                          "divide the drives by full drive, as by 100 or 255");
     const std::string emitter = table.text(i, "emitter");
     const std::size_t channel = std::string("RGB").find(emitter);
     if (emitter == "off") {
@@ -58,6 +88,10 @@ std::vector<LedCalibration> calibrate(const CsvTable& table) {
                           "use R, G, B or off");
     }
   }
+  return readings;
+}
+
+std::vector<LedCalibration> calibrate(const std::vector<Readings>& readings) {
   std::vector<LedCalibration> leds;
   for (std::size_t led = 0; led < kLeds; ++led) {
     const Readings& r = readings[led];
@@ -84,6 +118,7 @@ json to_json(const LedCalibration& led) {
                          {"gamma", r.gamma},
                          {"black_cd_m2", r.black_cd_m2}});
   return {{"xyz_cd_m2", wheatstone::to_json(Eigen::MatrixXd(led.xyz_cd_m2))},
+          {"off_xyz_cd_m2", wheatstone::to_json(led.off_xyz_cd_m2)},
           {"responses", responses}};
 }
 
@@ -96,6 +131,8 @@ std::vector<LedCalibration> read_leds(const std::filesystem::path& file) {
     LedCalibration led;
     led.xyz_cd_m2 =
         matrix_from_json(json_get<json>(entry, "xyz_cd_m2", file), 3, 3, file, "xyz_cd_m2");
+    led.off_xyz_cd_m2 =
+        vector3_from_json(json_get<json>(entry, "off_xyz_cd_m2", file), file, "off_xyz_cd_m2");
     const auto responses = json_get<std::vector<json>>(entry, "responses", file);
     if (responses.size() != 3) throw_bad_key(file, "responses", "must have 3 entries");
     for (std::size_t c = 0; c < 3; ++c)
@@ -128,11 +165,21 @@ void add_calibrate_leds(CLI::App& calibrate_app) {
   command->add_option("--out", *out, "JSON with the calibration")->required();
   command->footer("Example:\n  wheatstone calibrate leds --readings ceiling.csv --out leds.json");
   command->callback([=] {
-    const std::vector<LedCalibration> leds = calibrate(CsvTable::read(*readings));
+    const std::vector<Readings> seen = read_readings(CsvTable::read(*readings));
+    const std::vector<LedCalibration> leds = calibrate(seen);
     json list = json::array();
     for (const LedCalibration& led : leds) list.push_back(to_json(led));
     write_json(*out, kSchema, {{"rows", kLedRows}, {"columns", kLedColumns}, {"leds", list}});
-    fmt::print("{} LEDs in {}\n", leds.size(), *out);
+    const LargestResidual worst = largest_residual(leds, seen);
+    if (worst.where.empty())
+      fmt::print("{} LEDs in {}\n", leds.size(), *out);
+    else
+      fmt::print("{} LEDs in {}; largest residual {:+.2g} % ({})\n", leds.size(), *out,
+                 100 * worst.relative, worst.where);
+    if (std::abs(worst.relative) > kDoubtfulResidual)
+      fmt::print(stderr,
+                 "warning: the fitted response misses a reading by {:.0f} %; measure {} again\n",
+                 100 * std::abs(worst.relative), worst.where);
   });
 }
 
@@ -144,9 +191,7 @@ void add_leds(CLI::App& app) {
   auto luminance = std::make_shared<double>(0);
   auto xy = std::make_shared<std::vector<double>>();
   command->add_option("--calibration", *file, "JSON of calibrate leds")->required();
-  command->add_option("--luminance", *luminance, "of every LED, cd/m^2")
-      ->required()
-      ->check(CLI::PositiveNumber);
+  command->add_option("--luminance", *luminance, "of every LED, cd/m^2, above 0")->required();
   command->add_option("--xy", *xy, "CIE 1931 chromaticity")->required()->expected(2);
   command->add_option("--out", *out, "CSV: row, column, drive_r, drive_g, drive_b")->required();
   command->footer(
@@ -154,6 +199,8 @@ void add_leds(CLI::App& app) {
       "--out "
       "drives.csv");
   command->callback([=] {
+    if (!(*luminance > 0))
+      throw ArgumentError(fmt::format("--luminance is {}", *luminance), "give cd/m^2 above 0");
     const std::vector<LedDrive> drives =
         led_drives(read_leds(*file), *luminance, {xy->at(0), xy->at(1)});
     write_drives(*out, drives);

@@ -8,10 +8,14 @@
 #include "calib/photon_transfer.h"
 #include "capture/exposure_stack.h"
 #include "capture/noise_profile.h"
+#include "core/error.h"
 #include "core/json.h"
 
 namespace wheatstone::apps {
 namespace {
+
+// chi2 per measurement of a noise model that is doubtful, and of one that is none.
+constexpr double kDoubtfulChi2 = 3, kUselessChi2 = 100;
 
 void measure_noise(const std::filesystem::path& file, const std::string& out) {
   const nlohmann::json document = read_json(file);
@@ -37,6 +41,14 @@ void measure_noise(const std::filesystem::path& file, const std::string& out) {
   } catch (const ArgumentError& e) {
     throw FileError(file, e.what(), "");
   }
+  const std::string misfit =
+      fmt::format("the noise model misses the pairs: chi2 per measurement is {:.3g}, not about 1",
+                  measured.chi2_per_measurement);
+  const std::string remedy =
+      "check black and gain, and that both frames of each pair show the same light";
+  if (!(measured.chi2_per_measurement <= kUselessChi2)) throw FileError(file, misfit, remedy);
+  if (measured.chi2_per_measurement > kDoubtfulChi2)
+    fmt::print(stderr, "warning: {}; {}\n", misfit, remedy);
   profile.noise = measured.noise;
   profile.source = fmt::format("photon transfer, {} pairs of flat fields", pairs.size());
   write_noise_profile(out, profile);

@@ -226,6 +226,10 @@ CameraFormat camera_format_from_string(const std::string& name) {
 
 std::vector<CameraFile> read_camera_file(const path& file) {
   const std::string contents = read_text(file, kMaxBytes);
+  if (file.extension() == ".json" || contents.starts_with("{"))
+    throw FileError(file, "is JSON, which is not read as a camera file",
+                    "give an OpenCV or Kalibr .yaml or a COLMAP cameras.txt; calibrate camera "
+                    "writes them beside its calibration.json");
   std::vector<CameraFile> cameras;
   if (file.extension() == ".txt") {
     const ColmapSource source{file.parent_path(), false, contents, {}, {}};

@@ -32,6 +32,16 @@ fs::path picture_of(const fs::path& file, const std::string& stated) {
   return {};
 }
 
+/// A picture's place as seen from the folder of the file that names it.
+std::string place_from(const fs::path& file, const fs::path& picture) {
+  std::error_code error;
+  const fs::path place = fs::relative(picture, fs::absolute(file).parent_path(), error);
+  if (error || place.empty())
+    throw FileError(file, "cannot name " + picture.string() + " relative to itself",
+                    "export into a folder on the same file system");
+  return place.generic_string();
+}
+
 ImportedView view_from(const json& frame, const json& root, const fs::path& file,
                        double mm_per_unit, PoseConvention convention) {
   ImportedView v;
@@ -168,16 +178,14 @@ void write_nerf(const fs::path& file, std::span<const ImportedView> views,
     if (k.skew_px != 0 || (!d.fisheye && !d.has_five_coefficients()))
       throw ArgumentError(v.name + ": transforms.json cannot hold its skew or its k4 to k6",
                           "export the undistorted views (views.json)");
-    json frame = {
-        {"file_path",
-         v.path.empty() ? v.name : v.path.lexically_relative(file.parent_path()).generic_string()},
-        {"fl_x", k.fx_px},
-        {"fl_y", k.fy_px},
-        {"cx", k.cx_px + kPixelCentre},
-        {"cy", k.cy_px + kPixelCentre},
-        {"w", k.width_px},
-        {"h", k.height_px},
-        {"camera_model", d.fisheye ? "OPENCV_FISHEYE" : "OPENCV"}};
+    json frame = {{"file_path", v.path.empty() ? v.name : place_from(file, v.path)},
+                  {"fl_x", k.fx_px},
+                  {"fl_y", k.fy_px},
+                  {"cx", k.cx_px + kPixelCentre},
+                  {"cy", k.cy_px + kPixelCentre},
+                  {"w", k.width_px},
+                  {"h", k.height_px},
+                  {"camera_model", d.fisheye ? "OPENCV_FISHEYE" : "OPENCV"}};
     if (d.fisheye)
       frame.update({{"k1", d.k1}, {"k2", d.k2}, {"k3", d.k3}, {"k4", d.k4}});
     else

@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kWidth = 320, kHeight = 240;
 
@@ -98,6 +99,15 @@ TEST_F(Calibration, JsonHasWhatScriptsReadAndTheFilesAreThere) {
                               "--out", path("out/camera.yaml")}),
                  {"is read from, and would be overwritten"});
   EXPECT_THAT(calibrate().out, HasSubstr("projection uncertainty"));
+  expect_refused(run_program({"convert-camera", path("out/calibration.json"), "--format", "colmap",
+                              "--out", path("again.txt")}),
+                 {path("out/calibration.json"), "is JSON", "OpenCV or Kalibr .yaml"});
+  EXPECT_TRUE(c["loose_coefficients"].empty());
+  // Eight terms for a lens without distortion: they make up for each other, and Ceres is silent.
+  const Outcome rational = calibrate({"--distortion", "radtan8"});
+  EXPECT_EQ(rational.status, 0) << rational.err;
+  EXPECT_THAT(rational.out, HasSubstr("not determined one by one: k"));
+  EXPECT_THAT(rational.err, Not(HasSubstr("solver failure")));
 }
 
 TEST_F(Calibration, BadPicturesAndArguments) {
@@ -118,6 +128,17 @@ TEST_F(Calibration, BadPicturesAndArguments) {
   fs::resize_file(root_ / "pictures/board_9.png", 700);
   expect_refused(calibrate({"--out", path("out")}), {path("pictures/board_9.png"), "damaged"});
   EXPECT_FALSE(fs::exists(root_ / "out"));
+}
+
+TEST_F(Calibration, SquaresInMetresAreWarnedOf) {
+  write_boards(3);
+  const auto with = [&](const std::string& square_mm) {
+    return run_program({"calibrate", "camera", "--images", path("pictures"), "--board", "6x4",
+                        "--square-mm", square_mm, "--distortion", "radtan4"})
+        .err;
+  };
+  EXPECT_THAT(with("0.025"), HasSubstr("takes millimetres"));
+  EXPECT_THAT(with("25"), Not(HasSubstr("millimetres")));
 }
 
 TEST_F(Calibration, ParallelBoardsDetermineNoFocalLength) {
@@ -157,6 +178,23 @@ TEST_F(Calibration, StereoPairs) {
   EXPECT_NEAR(s["baseline_mm"].get<double>(), 30, 4 * s["baseline_mm_sigma"].get<double>() + 0.05);
   EXPECT_EQ(s["pairs"].size(), 5u);
   EXPECT_TRUE(fs::exists(root_ / "out/camchain.yaml"));
+  EXPECT_TRUE(s["unpaired"].empty());
+  const cv::Mat3b empty(kHeight, kWidth, cv::Vec3b(9, 9, 9));
+  fs::copy_file(path("pictures/left0.png"), path("pictures/left7.png"));
+  fs::copy_file(path("pictures/left0.png"), path("pictures/left8.png"));
+  write_picture_png(path("pictures/right8.png"), empty);
+  write_picture_png(path("pictures/left9.png"), empty);
+  std::vector<std::string> in_words = command;
+  std::erase(in_words, "--json");
+  const std::string words = run_program(in_words).out;
+  for (const char* line : {"without its other half: left7.png (the other side has no picture 7)",
+                           "without its other half: left8.png (no board in right8.png)",
+                           "without its other half: left9.png (no board in it)"})
+    EXPECT_THAT(words, HasSubstr(line));
+  std::vector<std::string> alike = command;
+  std::replace(alike.begin(), alike.end(), std::string("right*"), std::string("left*"));
+  expect_refused(run_program(alike),
+                 {path("pictures/left0.png"), "left and of the right camera", "--right"});
   for (int i = 0; i < 3; ++i) fs::remove(root_ / ("pictures/right" + std::to_string(i) + ".png"));
   expect_refused(run_program(command), {path("pictures"), "2 pairs; 3 are needed"});
 }
@@ -197,6 +235,9 @@ TEST_F(Calibration, PosesWithTheirReport) {
   const Outcome outcome = run_program({"calibrate", "poses", path("d")});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("rail: straight to"));
+  // Spots of two pixels at a tenth of the size: the noise of their light explains the least part.
+  EXPECT_THAT(outcome.out, HasSubstr("noise factor"));
+  EXPECT_THAT(outcome.err, HasSubstr("too few pixels wide for these standard deviations"));
   const json report = read_json(path("d/pose_report.json"), "wheatstone-pose-report/1");
   EXPECT_NEAR(report["rail"]["pitch_mm"].get<double>(), 20, 0.1);
   EXPECT_LT(report["rail"]["step_error_largest_mm"].get<double>(), 0.2);
@@ -218,6 +259,28 @@ TEST_F(Calibration, ABadViewIsNamedOrLeftOut) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("left out view_001"));
   EXPECT_EQ(read_json(path("d/pose_report.json"), "wheatstone-pose-report/1")["views"].size(), 3u);
+}
+
+TEST_F(Calibration, AViewThatIsNotWhereTheRailPutItIsNamedOrLeftOut) {
+  const Dataset dataset(root_ / "d");
+  write_marker_capture(dataset);
+  fs::copy_file(path("d/raw/view_000_markers.png"), path("d/raw/view_003_markers.png"),
+                fs::copy_options::overwrite_existing);
+  expect_refused(run_program({"calibrate", "poses", path("d")}),
+                 {"bad view view_003", "mm on the rail, which reported 1", "--skip-bad-views"});
+  EXPECT_FALSE(fs::exists(path("d/poses.json")));
+  const Outcome outcome = run_program({"calibrate", "poses", path("d"), "--skip-bad-views"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("left out view_003: its markers put it at "));
+  const json report = read_json(path("d/pose_report.json"), "wheatstone-pose-report/1");
+  EXPECT_LT(report["rail"]["step_error_largest_mm"].get<double>(), 0.2);
+
+  // A rail whose scale and zero are off is no view's fault.
+  write_marker_capture(Dataset(root_ / "e"));
+  std::vector<CapturedView> views = Dataset(root_ / "e").read_frames();
+  for (CapturedView& v : views) v.reached_mm = 300 + 0.9 * v.reached_mm;
+  Dataset(root_ / "e").write_frames(views);
+  EXPECT_EQ(run_program({"calibrate", "poses", path("e")}).status, 0);
 }
 
 TEST_F(Calibration, SwappedLedsAreNamed) {
@@ -267,6 +330,30 @@ TEST_F(Calibration, ExportedPosesComeBackAndAWrongConventionIsRefused) {
   expect_refused(run_program({"export-poses", path("d"), "--format", "llff", "--near-mm", "9",
                               "--far-mm", "3", "--out", path("llff")}),
                  {"0 < near < far"});
+}
+
+TEST_F(Calibration, ExportsNameThePicturesOfADatasetGivenByARelativePath) {
+  write_small_light_field(root_ / "d");
+  fs::copy_file(path("d/views.json"), path("d/poses.json"));
+  const std::string dataset = fs::relative(root_ / "d").string();
+  for (const std::string source : {"views.json", "poses.json"}) {
+    const auto with = [&](const std::string& format) {
+      std::vector<std::string> arguments = {"export-poses", dataset, "--format",
+                                            format,         "--out", path(format + source)};
+      if (source == "poses.json") arguments.emplace_back("--distorted");
+      const Outcome outcome = run_program(arguments);
+      EXPECT_EQ(outcome.status, 0) << outcome.err;
+      return root_ / (format + source);
+    };
+    const fs::path nerf = with("nerf"), colmap = with("colmap-text");
+    const json frames = json::parse(read_text(nerf / "transforms.json"))["frames"];
+    ASSERT_EQ(frames.size(), 3u);
+    for (const json& frame : frames) {
+      EXPECT_TRUE(fs::is_regular_file(nerf / frame["file_path"].get<std::string>())) << frame;
+      const std::string name = fs::path(frame["file_path"].get<std::string>()).filename();
+      EXPECT_THAT(read_text(colmap / "images.txt"), HasSubstr(" " + name + "\n"));
+    }
+  }
 }
 
 TEST_F(Calibration, LundDoorIsVerifiedWhenImported) {

@@ -2,13 +2,17 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "calib/led_array_calibration.h"
 #include "core/colour.h"
 #include "core/csv.h"
 #include "core/exr.h"
+#include "core/png.h"
 #include "core/random.h"
 #include "program.h"
 
@@ -95,6 +99,132 @@ TEST_F(ColourCommand, RefusesWhatCannotBe) {
   expect_nothing_half_written(root_);
 }
 
+// As merge --frames writes a chart: beside the patches there are negative and broken samples.
+TEST_F(ColourCommand, OnlyThePatchesMustBeLight) {
+  const auto store = [&](cv::Rect area, float value) {
+    const std::vector<ExrView> views = read_exr_views(path("plain.exr"));
+    write_exr_rows(path("chart.exr"), {{80, 40}, {{"B"}, {"G"}, {"R"}}},
+                   [&](cv::Range rows, std::span<cv::Mat1f> bands) {
+                     const char* const names[] = {"B", "G", "R"};
+                     for (std::size_t i = 0; i < 3; ++i) {
+                       cv::Mat1f plane = views[0].channels.at(names[i]).pixels.clone();
+                       plane(area).setTo(value);
+                       plane.rowRange(rows).copyTo(bands[i]);
+                     }
+                   });
+  };
+  std::filesystem::copy_file(path("chart.exr"), path("plain.exr"));
+  for (const float value : {-3.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    store({0, 0, 80, 1}, value);
+    const Outcome outcome = run();
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const CameraProfile found = read_camera_profile(root_ / "out.json");
+    EXPECT_LT((found.dn_per_cd_m2_s * found.camera_from_bt709 * M_ - Eigen::Matrix3d::Identity())
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-4);
+  }
+  std::filesystem::remove(path("out.json"));
+  store({31, 5, 2, 2}, std::numeric_limits<float>::quiet_NaN());
+  expect_refused(run(), {"chart.csv:5: patch p3", "not finite"});
+  store({30, 0, 10, 40}, -3);
+  expect_refused(run(), {"chart.csv:5: patch p3", "is black"});
+  EXPECT_FALSE(std::filesystem::exists(path("out.json")));
+}
+
+TEST_F(ColourCommand, ReadingsThatCannotBeRightAreToldOrRefused) {
+  const auto line_of = [&](const std::string& patch) {
+    const std::size_t start = table_.find(patch + ",");
+    return table_.substr(start, table_.find('\n', start) + 1 - start);
+  };
+  const auto with = [&](const std::string& patch, const std::string& line) {
+    std::string text = table_;
+    const std::string old = line_of(patch);
+    return text.replace(text.find(old), old.size(), line);
+  };
+  write("chart.csv", with("p2", "p2,21,2,8,30,10,-4,3\n"));
+  expect_refused(run(), {"chart.csv:4: patch p2", "-4"});
+
+  // The places of two patches exchanged.
+  std::string text = table_;
+  text.replace(text.find("p1,11,"), 6, "p1,51,").replace(text.find("p5,51,"), 6, "p5,11,");
+  write("chart.csv", text);
+  const Outcome swapped = run();
+  if (swapped.status != 0)
+    expect_refused(swapped, {"chart.csv", "p1 and p5 seem to be swapped"});
+  else
+    EXPECT_THAT(swapped.err,
+                AllOf(HasSubstr("warning"), HasSubstr("p1 and p5 seem to be swapped")));
+
+  // One reading off by half: a warning, and by a factor of 20: nothing is written.
+  const auto scaled = [&](double factor) {
+    std::istringstream cells(line_of("p4"));
+    std::string line;
+    int column = 0;
+    for (std::string cell; std::getline(cells, cell, ','); ++column)
+      line += (column ? "," : "") + (column < 5 ? cell : std::to_string(factor * std::stod(cell)));
+    write("chart.csv", with("p4", line + "\n"));
+    return run();
+  };
+  const Outcome off = scaled(1.3);
+  EXPECT_EQ(off.status, 0);
+  EXPECT_THAT(off.err, AllOf(HasSubstr("% RMS"), HasSubstr("p4 (")));
+  std::filesystem::remove(path("out.json"));
+  expect_refused(scaled(20), {"chart.csv", "% RMS", "p4 ("});
+  EXPECT_FALSE(std::filesystem::exists(path("out.json")));
+
+  // camera_ says 1 DN per cd/m^2 s, the chart about 60.
+  write("chart.csv", table_);
+  EXPECT_THAT(run().err, HasSubstr("times as sensitive"));
+  camera_.dn_per_cd_m2_s = read_camera_profile(root_ / "out.json").dn_per_cd_m2_s;
+  write_camera_profile(root_ / "camera.json", camera_);
+  EXPECT_EQ(run().err, "");
+}
+
+/// Pairs of flat fields of a sensor with 0.4 DN per electron and a black level of 200 DN.
+class NoiseCommand : public LightCommands {
+ protected:
+  Outcome measure(int stated_black, double flicker = 0) {
+    RandomStream random(3, 1);
+    nlohmann::json pairs = nlohmann::json::array();
+    for (int p = 0; p < 5; ++p) {
+      std::string names[2];
+      for (int f = 0; f < 2; ++f) {
+        MosaicImage frame{cv::Mat1w(128, 128)};
+        for (auto& dn : frame.dn) {
+          const double electrons =
+              std::max(0.0, (500 + 1500.0 * p) * (1 + flicker * random.normal()));
+          dn = static_cast<std::uint16_t>(
+              std::lround(200 + 0.4 * (electrons + std::sqrt(electrons) * random.normal())));
+        }
+        names[f] = "flat_" + std::to_string(2 * p + f) + ".png";
+        write_mosaic_png(path(names[f]), frame);
+      }
+      pairs.push_back({{"a", names[0]}, {"b", names[1]}, {"gain", 1}});
+    }
+    write("flats.json", nlohmann::json{{"camera", "made up"},
+                                       {"pattern", "RGGB"},
+                                       {"bits", 14},
+                                       {"black", stated_black},
+                                       {"saturation", 16383},
+                                       {"pairs", pairs}}
+                            .dump());
+    return run_program({"measure-noise", "--flats", path("flats.json"), "--out", path("o.toml")});
+  }
+};
+
+TEST_F(NoiseCommand, AModelThatDoesNotFitIsToldOrRefused) {
+  const Outcome good = measure(200);
+  EXPECT_EQ(good.status, 0) << good.err;
+  EXPECT_EQ(good.err, "");
+  const Outcome doubtful = measure(200, 0.01);
+  EXPECT_EQ(doubtful.status, 0) << doubtful.err;
+  EXPECT_THAT(doubtful.err, AllOf(HasSubstr("warning"), HasSubstr("chi2 per measurement")));
+  std::filesystem::remove(path("o.toml"));
+  expect_refused(measure(200, 0.5), {"flats.json", "chi2 per measurement", "check black"});
+  EXPECT_FALSE(std::filesystem::exists(path("o.toml")));
+}
+
 /// A ceiling whose LEDs differ, measured without error.
 class LedCommands : public LightCommands {
  protected:
@@ -133,7 +263,8 @@ TEST_F(LedCommands, LightsTheBoxAsAskedFor) {
   const Outcome calibrated = run_program(
       {"calibrate", "leds", "--readings", path("ceiling.csv"), "--out", path("leds.json")});
   ASSERT_EQ(calibrated.status, 0) << calibrated.err;
-  EXPECT_THAT(calibrated.out, HasSubstr("256 LEDs"));
+  EXPECT_THAT(calibrated.out, AllOf(HasSubstr("256 LEDs"), HasSubstr("largest residual")));
+  EXPECT_EQ(calibrated.err, "");
   const Outcome outcome =
       run_program({"leds", "--calibration", path("leds.json"), "--luminance", "120", "--xy",
                    "0.3127", "0.3290", "--out", path("drives.csv")});
@@ -154,9 +285,26 @@ TEST_F(LedCommands, LightsTheBoxAsAskedFor) {
     arguments.insert(arguments.end(), {luminance, "--xy", x, y});
     return run_program(arguments);
   };
-  expect_refused(asked("1e5", "0.3127", "0.3290"), {"row"});
+  expect_refused(asked("1e5", "0.3127", "0.3290"), {"row", "ask for 0.0", " to "});
+  // All off shows Y = 0.02.
+  expect_refused(asked("0.01", "0.3127", "0.3290"), {"as little as 0.01", "ask for 0.0"});
+  for (const char* none : {"0", "-3", "1e-310"})
+    EXPECT_LT(asked(none, "0.3127", "0.3290").err.size(), 200U) << none;
+  expect_refused(asked("-3", "0.3127", "0.3290"), {"--luminance is -3", "above 0"});
   expect_refused(asked("10", "0.9", "0.05"), {"row"});
   EXPECT_FALSE(std::filesystem::exists(path("d.csv")));
+}
+
+TEST_F(LedCommands, AReadingOffTheCurveIsNamed) {
+  std::string text = readings();
+  const std::size_t at = text.find("3,7,G,0.5,");
+  const std::size_t end = text.find('\n', at);
+  text.replace(at, end - at, "3,7,G,0.5,150,200,30");
+  write("ceiling.csv", text);
+  const Outcome outcome = run_program(
+      {"calibrate", "leds", "--readings", path("ceiling.csv"), "--out", path("leds.json")});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("warning"), HasSubstr("row 3, column 7, G")));
 }
 
 TEST_F(LedCommands, RefusesReadingsThatDoNotSuffice) {
@@ -170,6 +318,7 @@ TEST_F(LedCommands, RefusesReadingsThatDoNotSuffice) {
   };
   refused(good + "16,0,R,1,1,1,1\n", {"row", "below 16"});
   refused(good + "0,0,W,1,1,1,1\n", {"no emitter W"});
+  refused(good + "0,0,R,255,1,1,1\n", {"ceiling.csv:", "drive is 0 to 1", "as by 100 or 255"});
   refused(good.substr(0, good.find("15,15,")), {"row 15, column 15", "lacks"});
   refused("row,column\n0,0\n", {"ceiling.csv", "_cd_m2"});
   write("leds.json", "{}");

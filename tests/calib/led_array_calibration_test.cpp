@@ -96,6 +96,24 @@ TEST(LedArray, EveryLedShowsTheStatedLight) {
     }
 }
 
+TEST(LedArray, TheLightWhenOffCounts) {
+  std::vector<LedCalibration> leds = ceiling();
+  for (LedCalibration& led : leds) led.off_xyz_cd_m2 = {1.5, 2, 1};
+  const Eigen::Vector2d white(0.3127, 0.3290);
+  const std::vector<LedDrive> drives = led_drives(leds, 50, white);
+  const Eigen::Vector3d expected = xyz_from_xyY(white, 50);
+  for (std::size_t i = 0; i < leds.size(); ++i)
+    EXPECT_LT((leds[i].off_xyz_cd_m2 + led_xyz_cd_m2(leds[i], drives[i]) - expected).norm(),
+              1e-9 * expected.norm());
+  try {
+    led_drives(leds, 1, white);
+    FAIL();
+  } catch (const ArgumentError& e) {
+    EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("light when off"),
+                                         testing::HasSubstr("ask for ")));
+  }
+}
+
 TEST(LedArray, CalibratesFromReadings) {
   const LedCalibration truth = ceiling()[37];
   const Eigen::Vector3d off(0.02, 0.03, 0.01);

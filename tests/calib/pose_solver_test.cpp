@@ -103,6 +103,25 @@ TEST(PoseSolver, FreeRotationsTellWhenTheCarriageTurns) {
   EXPECT_THAT(free.report, testing::HasSubstr("7 poses"));
 }
 
+// More rotations always lessen the residuals, which says nothing; per degree of freedom only a
+// carriage that turns does.
+TEST(PoseSolver, PerDegreeOfFreedomTellsTurnsFromFreedom) {
+  double ratio = 0, bare = 0;
+  const int runs = 40;
+  for (int run = 0; run < runs; ++run) {
+    const PoseSolution s = solve_poses(
+        kMarkers, make_rail(7, 0.03, 700 + static_cast<std::uint64_t>(run)).seen, kCamera, kLens);
+    ratio += s.scatter_free_px / s.scatter_px / runs;
+    bare += s.rms_free_px / s.rms_px / runs;
+    EXPECT_NEAR(s.scatter_px, 0.03, 0.012);
+  }
+  EXPECT_NEAR(ratio, 1, 0.08);
+  EXPECT_LT(bare, 0.75);
+  const PoseSolution turning =
+      solve_poses(kMarkers, make_rail(7, 0.03, 9, 0.002).seen, kCamera, kLens);
+  EXPECT_GT(turning.scatter_px, 5 * turning.scatter_free_px);
+}
+
 /// Sightings whose noise has a covariance of its own, told to the solver up to a common factor.
 Rail make_uneven_rail(int views, std::uint64_t seed) {
   Rail rail = make_rail(views, 0, seed);
@@ -250,6 +269,48 @@ TEST(Rail, WorkedNumbers) {
   EXPECT_NEAR(back.direction_rsb.x(), -1, 1e-4);
   EXPECT_THROW(report_rail(centres, std::vector<double>{1, 2}), ArgumentError);
   EXPECT_THROW(report_rail(centres, std::vector<double>{1, 1, 1, 1}), ArgumentError);
+}
+
+// Whatever the rail's scale, offset and direction, and however many views a minority is.
+TEST(Rail, MisplacedViewsAreFound) {
+  RandomStream random(11, 3);
+  for (const double scale : {1.0, 0.93, -1.02, 25.4}) {
+    std::vector<double> positions;
+    std::vector<Eigen::Vector3d> centres;
+    for (int v = 0; v < 9; ++v) {
+      positions.push_back(40 + 7.0 * v);
+      centres.push_back(Eigen::Vector3d(300, 130, 550) +
+                        scale * positions.back() * Eigen::Vector3d(1, 0.02, -0.01).normalized() +
+                        0.05 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+    }
+    EXPECT_TRUE(misplaced_views(centres, positions, 1).empty()) << scale;
+    std::vector<Eigen::Vector3d> wrong = centres;
+    wrong[4] = centres[0];
+    wrong[7] = centres[8];
+    wrong[2] = centres[3];
+    const auto found = misplaced_views(wrong, positions, 1);
+    ASSERT_EQ(found.size(), 3u) << scale;
+    const std::size_t views[] = {2, 4, 7};
+    const double seen[] = {61, 40, 96};
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(found[i].view, views[i]);
+      EXPECT_NEAR(found[i].seen_mm, seen[i], 0.5);
+      EXPECT_EQ(found[i].reported_mm, positions[views[i]]);
+    }
+  }
+  // Half a millimetre is the encoder's own affair.
+  std::vector<Eigen::Vector3d> centres = {{0, 0, 0}, {10, 0, 0}, {20.5, 0, 0}, {30, 0, 0}};
+  const std::vector<double> positions = {0, 10, 20, 30};
+  EXPECT_TRUE(misplaced_views(centres, positions, 1).empty());
+  centres[3] = centres[1];
+  centres[2] = centres[0];
+  EXPECT_THAT(error_of([&] { misplaced_views(centres, positions, 1); }),
+              testing::HasSubstr("no majority"));
+  std::fill(centres.begin(), centres.end(), centres[0]);
+  EXPECT_THAT(error_of([&] { misplaced_views(centres, positions, 1); }),
+              testing::HasSubstr("stays in one place"));
+  EXPECT_TRUE(misplaced_views(centres, std::vector<double>(4, 5.0), 1).empty());
+  EXPECT_THROW(misplaced_views(centres, std::vector<double>{1, 2}, 1), ArgumentError);
 }
 
 TEST(PoseSolver, BadInputIsRefusedByView) {

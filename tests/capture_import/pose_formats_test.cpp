@@ -169,6 +169,26 @@ TEST(Nerf, RoundTripWithItsCheckPoints) {
       1e-9);
 }
 
+// However the dataset and the file were named on the command line.
+TEST(Nerf, PicturesAreNamedFromTheFile) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path / "d/views");
+  write_picture_png(folder.path / "d/views/view_0.png", cv::Mat3b(480, 640));
+  std::vector<ImportedView> views = {some_views(false)[0]};
+  const auto relative_root = std::filesystem::relative(folder.path);
+  for (const auto& picture_root : {folder.path, relative_root, folder.path / "d/.."})
+    for (const auto& file_root : {folder.path, relative_root}) {
+      views[0].path = picture_root / "d/views/view_0.png";
+      const auto file = file_root / "out/transforms.json";
+      std::filesystem::create_directories(file.parent_path());
+      write_nerf(file, views, {});
+      EXPECT_EQ(nlohmann::json::parse(read_text(file))["frames"][0]["file_path"],
+                "../d/views/view_0.png");
+      EXPECT_EQ(std::filesystem::canonical(read_nerf(file).views[0].path),
+                std::filesystem::canonical(folder.path / "d/views/view_0.png"));
+    }
+}
+
 TEST(Nerf, TheOriginalFormWithAnAngleAndPicturesWithoutEnding) {
   const TemporaryFolder folder;
   write_picture_png(folder.path / "r_0.png", cv::Mat3b(80, 100));
