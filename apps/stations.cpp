@@ -146,9 +146,6 @@ PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress
   const CameraProfile camera = dataset.read_camera();
   PoseCalibration out;
   out.frames = dataset.read_frames();
-  for (const CapturedView& view : out.frames)
-    if (const auto file = dataset.file("hdr/" + view.name + ".exr"); !std::filesystem::exists(file))
-      throw FileError(file, "is missing", "run `wheatstone merge` on this folder first");
   const std::vector<Eigen::Vector3d> markers = dataset.read_landmarks().markers_mm;
   auto seen = sightings(dataset, camera, markers, out.frames, out.bad_views);
   if (!options.skip_bad_views || seen.empty()) require_no_bad_views(out.bad_views, seen.size());
@@ -169,6 +166,10 @@ PoseCalibration calibrate_poses(const Dataset& dataset, const Progress& progress
   }
   const std::vector<CapturedView>& frames = out.frames;
   const PoseSolution& solution = out.solution;
+
+  for (const CapturedView& view : frames)
+    if (const auto file = dataset.file("hdr/" + view.name + ".exr"); !std::filesystem::exists(file))
+      throw FileError(file, "is missing", "run `wheatstone merge` on this folder first");
 
   std::vector<ImportedView> posed;
   for (std::size_t i = 0; i < frames.size(); ++i)

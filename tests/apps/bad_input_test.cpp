@@ -11,6 +11,7 @@
 #include "apps/stations.h"
 #include "capture/import/poses_json.h"
 #include "core/exr.h"
+#include "core/files.h"
 #include "core/json.h"
 #include "core/png.h"
 #include "program.h"

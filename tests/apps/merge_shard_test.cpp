@@ -291,7 +291,7 @@ TEST_F(MergeShard, ACaptureThatIsWellExposedIsQuiet) {
 }
 
 TEST_F(MergeShard, WhatCannotBeMergedSaysWhatToDo) {
-  capture("d");
+  ASSERT_EQ(run_program({"capture", path("d"), "--scale", "0.1", "--views", "3"}).status, 0);
   expect_refused(run_program({"calibrate", "poses", path("d")}),
                  {"hdr/view_000.exr", "is missing", "wheatstone merge"});
   EXPECT_FALSE(fs::exists(path("d/poses.json")));
