@@ -72,6 +72,25 @@ std::string verified(const fs::path& file, const std::vector<ImportedView>& view
                      points.size());
 }
 
+/// A folder that goes again if nothing was put into it.
+class NewFolder {
+ public:
+  explicit NewFolder(fs::path folder) : folder_(std::move(folder)) {
+    if (std::error_code error; fs::exists(folder_) && !fs::is_empty(folder_, error))
+      throw FileError(folder_, "holds something already", "import into a new folder");
+    make_folder(folder_);
+  }
+  ~NewFolder() {
+    std::error_code not_empty;
+    fs::remove(folder_, not_empty);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+ private:
+  fs::path folder_;
+};
+
 std::string not_there(const std::vector<std::string>& files) {
   if (files.empty()) return "";
   constexpr std::size_t kNamed = 8;
@@ -138,8 +157,7 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
       throw ArgumentError("the convention of " + format + " poses is fixed",
                           "leave --convention out; it is for nerf and llff");
   }
-  if (std::error_code error; fs::exists(dataset.root()) && !fs::is_empty(dataset.root(), error))
-    throw FileError(dataset.root(), "holds something already", "import into a new folder");
+  const NewFolder folder(dataset.root());
   double mm_per_unit = options.mm_per_unit;
   std::string line;
   if (format == "exr-stereo") {

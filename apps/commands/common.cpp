@@ -30,7 +30,7 @@ Dataset open_dataset(const std::string& folder) {
     throw FileError(
         dataset.file("dataset.json"), "is missing",
         std::filesystem::exists(dataset.file("session"))
-            ? "the capture into this folder has not finished: run it again"
+            ? "the capture into this folder has not finished: run `wheatstone capture` again"
             : "name a folder that `wheatstone capture` or `wheatstone import` has finished");
   dataset.read_manifest();
   return dataset;

@@ -52,7 +52,7 @@ TEST_F(RigCommands, DoctorFindsTheSimulatedRigInOrder) {
   const Outcome outcome = run_program({"doctor", "--rig", kSimulated, "--json"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(report.at("devices").size(), 8U);
+  EXPECT_EQ(report.at("devices").size(), 9U);
   for (const auto& device : report.at("devices")) EXPECT_EQ(device.at("status"), "ok");
   EXPECT_THAT(run_program({"doctor", "--rig", kSimulated}).out,
               AllOf(HasSubstr("stage"), HasSubstr("camera"), HasSubstr("OpenGL")));
