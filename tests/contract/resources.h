@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 #include <iterator>
+#include <thread>
 
 namespace wheatstone {
 
@@ -15,10 +16,14 @@ class ResourceWatch {
  public:
   explicit ResourceWatch(double busy_s = 0.1) : busy_s_(kInstrumented * busy_s) {}
   ~ResourceWatch() {
-    EXPECT_LE(count("/proc/self/fd"), handles_ + pardoned_) << "a handle is left open";
-    EXPECT_EQ(count("/proc/self/task"), threads_) << "a thread is left running";
     const double busy = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_s_;
     EXPECT_LE(busy, busy_s_ + 0.25 * (seconds(CLOCK_MONOTONIC) - start_s_)) << "busy waiting";
+    EXPECT_LE(count("/proc/self/fd"), handles_ + pardoned_) << "a handle is left open";
+    // The kernel takes a moment to clear away a thread that was joined.
+    const double end_s = seconds(CLOCK_MONOTONIC) + 1;
+    while (count("/proc/self/task") > threads_ && seconds(CLOCK_MONOTONIC) < end_s)
+      std::this_thread::yield();
+    EXPECT_EQ(count("/proc/self/task"), threads_) << "a thread is left running";
   }
   /// So many handles are left open by what is not ours.
   void pardon_handles(std::ptrdiff_t handles) { pardoned_ += handles; }

@@ -178,7 +178,8 @@ class StillResources {
 
  private:
   std::ptrdiff_t pardoned_ = 0;
-  ResourceWatch watch_{1.0};  // worlds and pictures take their time
+  // Each opening loads all drivers of libgphoto2; worlds and pictures take their time too.
+  ResourceWatch watch_{2.0};
   std::ptrdiff_t handles_ = entries("/proc/self/fd"), threads_ = entries("/proc/self/task");
 };
 
