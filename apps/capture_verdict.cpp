@@ -56,7 +56,8 @@ void add_unmeasured(const std::vector<CapturedView>& views,
   }
   if (saturated > kMostBadPixels)
     problems.push_back(
-        fmt::format("{:.3g} % of {} are saturated in the shortest exposure: their light is a lower "
+        fmt::format("{:.3g} % of the pixels of {} are saturated in the shortest exposure: their "
+                    "light is a lower "
                     "bound. Capture with a shorter exposure.",
                     100 * saturated, brightest));
   if (dark > kMostBadPixels)

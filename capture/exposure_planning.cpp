@@ -161,7 +161,7 @@ LightRange probe_light(const Rig& rig, const CapturePlan& plan, double coverage,
     throw ArgumentError("the coverage must lie between 0 and 1", "use 0.95");
   const SafeAtExit guard(rig);
   rig.stage->home(deadline_for(rig.clock, rig.stage->home_duration(), stop));
-  rig.leds->set_all(1, deadline_for(rig.clock, {}, stop));
+  rig.leds->set_all(rig.leds->max_mean_drive(), deadline_for(rig.clock, {}, stop));
   LightRange range{0, std::numeric_limits<double>::infinity()};
   for (const double mm : probed_positions_mm(plan, rig.stage->travel())) {
     rig.stage->move_to(

@@ -45,6 +45,7 @@ json setup_of(const Rig& rig, const DatasetManifest& manifest, const CapturePlan
             {"width_px", k.width_px},
             {"height_px", k.height_px}}},
           {"travel_mm", rig.stage->travel().value()},
+          {"ceiling_drive", rig.leds->max_mean_drive()},
           {"scene", manifest.scene},
           {"seed", manifest.seed},
           {"scale", manifest.scale},
@@ -216,7 +217,7 @@ class Session {
     const bool markers = light == Shot::Light::kMarkers;
     if (markers) rig_.leds->set_all(0, patience());
     rig_.markers->set(markers ? rig_.markers->all() : 0, patience());
-    if (!markers) rig_.leds->set_all(1, patience());
+    if (!markers) rig_.leds->set_all(rig_.leds->max_mean_drive(), patience());
   }
 
   void take(const Shot& shot, Length reached) {

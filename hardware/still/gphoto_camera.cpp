@@ -1,11 +1,6 @@
 #include "hardware/still/gphoto_camera.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -16,8 +11,7 @@
 #include "hardware/still/exposure_text.h"
 #include "hardware/still/file_type.h"
 #include "hardware/still/gphoto_body.h"
-
-extern char** environ;
+#include "hardware/transport/child_process.h"
 
 namespace wheatstone {
 namespace {
@@ -212,33 +206,12 @@ void GphotoCamera::cycle_power(const Deadline& deadline) {
   const SteadyClock clock;
   const Nanoseconds end_ns = std::min(deadline.at_ns, clock.in(settings_.power_cycle_limit).at_ns);
   thread_.run([c = connection_](const std::stop_token&) { c->body.reset(); }, deadline);
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  std::string command = settings_.power_cycle;
-  char shell[] = "sh", flag[] = "-c";
-  char* const arguments[] = {shell, flag, command.data(), nullptr};
-  pid_t child = 0;
-  const int spawned = ::posix_spawn(&child, "/bin/sh", &files, nullptr, arguments, environ);
-  ::posix_spawn_file_actions_destroy(&files);
-  int status = 0;
-  const auto running = [&] { return ::waitpid(child, &status, WNOHANG) == 0; };
-  bool late = false;
-  while (spawned == 0 && running()) {
-    late = clock.now_ns() > end_ns || deadline.cancel.stop_requested();
-    if (late) {
-      ::kill(child, SIGKILL);
-      ::waitpid(child, &status, 0);
-      break;
-    }
-    nap();
-  }
-  if (late && deadline.cancel.stop_requested())
-    throw Cancelled("the " + what(settings_) + " was asked to stop");
-  if (spawned != 0 || late || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw DeviceError(late ? Kind::kTimeout : Kind::kFault,
-                      "the command that switches the " + what(settings_) + " off and on " +
-                          (late ? "did not end in time" : "failed"),
+  const std::string command = "the command that switches the " + what(settings_) + " off and on";
+  const ChildResult result =
+      run_child(command, {"/bin/sh", "-c", settings_.power_cycle}, {end_ns, deadline.cancel});
+  if (result.exit_status != 0)
+    throw DeviceError(Kind::kFault,
+                      fmt::format("{} failed with status {}", command, result.exit_status),
                       "switch it by hand; correct the command (" + settings_.power_cycle + ")");
 }
 

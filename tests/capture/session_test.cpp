@@ -68,6 +68,42 @@ class SessionTest : public ::testing::Test {
   const TemporaryFolder folder_;
 };
 
+/// The twin's ceiling on a supply that carries only so much of it.
+class WeakCeiling final : public LedArray {
+ public:
+  WeakCeiling(LedArray& leds, double most) : leds_(leds), most_(most) {}
+  DeviceIdentity identity() const override { return leds_.identity(); }
+  int rows() const override { return leds_.rows(); }
+  int columns() const override { return leds_.columns(); }
+  double max_mean_drive() const override { return most_; }
+  void set_frame(const LedFrame& frame, Deadline deadline) override {
+    require_valid(*this, frame);
+    brightest = std::max(brightest, mean_drive(frame));
+    leds_.set_frame(frame, std::move(deadline));
+  }
+  void all_off() noexcept override { leds_.all_off(); }
+
+  double brightest = 0;
+
+ private:
+  LedArray& leds_;
+  double most_;
+};
+
+TEST_F(SessionTest, TheCeilingIsLitAsFarAsItMay) {
+  TroubledRig rig;
+  WeakCeiling weak(*rig.rig().leds, 0.3);
+  Rig limited = rig.rig();
+  limited.leds = weak;
+  const Dataset dataset(folder_.path);
+  capture_light_field(limited, dataset, kManifest, kPlan, {});
+  EXPECT_NEAR(weak.brightest, 0.3, 1e-6);
+  EXPECT_FALSE(dataset_contents(folder_.path) == whole_);
+  // On another day it may shine brighter, which would be another light field.
+  EXPECT_THAT(error_of([&] { capture_light_field(rig.rig(), dataset, kManifest, kPlan, {}); }),
+              HasSubstr("ceiling_drive: 0.3 there, 1.0 asked for"));
+}
+
 TEST_F(SessionTest, WritesEveryFrameWithItsRecord) {
   TroubledRig rig;
   ASSERT_EQ(capture(rig, folder_.path), "no error");
