@@ -34,7 +34,7 @@ void inject(PtyPeer& peer, const std::string& fault) {
     peer.silence(true);
   else if (fault == "half a line")
     peer.cut_after(1);
-  else if (fault == "unplugged" || fault == "not there")
+  else if (fault == "unplugged")
     peer.unplug();
   else if (fault == "unplugged in an order")
     peer.unplug_after(3);
@@ -165,6 +165,7 @@ TEST_P(GrblFaults, EndAsDocumented) {
     if (what == "short travel") backend.firmware().set(130, 100);
   });
   if (what == "in use") other = std::make_unique<SerialPort>("another program", port, 115200);
+  if (what == "not there") port = folder.path / "none";
   if (what == "no serial line") {
     port = folder.path / "port";
     std::ofstream(port) << "x";
@@ -213,6 +214,7 @@ TEST_P(ArduinoGantryFaults, EndAsDocumented) {
   std::unique_ptr<SerialPort> other;
   if (what == "in use")
     other = std::make_unique<SerialPort>("another program", settings.port, 9600);
+  if (what == "not there") settings.port = folder.path / "none";
   if (what == "no serial line") {
     settings.port = folder.path / "port";
     std::ofstream(settings.port) << "x";

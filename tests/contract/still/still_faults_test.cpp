@@ -133,7 +133,9 @@ void inject(GphotoBackend& b, const std::string& fault, const std::string& state
          once(ptp::kSetValue, [&] { f.properties().at(ptp::kIso).current = 400; });
        }},
       {"answer to another question",
-       [&] { f.spoil_bytes = [](std::vector<std::byte>& bytes) { bytes[8] ^= std::byte{1}; }; }},
+       // One that has not been asked yet: answers to earlier ones are passed over, and waiting for
+       // the right one times out.
+       [&] { f.spoil_bytes = [](std::vector<std::byte>& bytes) { bytes[9] ^= std::byte{0x40}; }; }},
       {"half an answer", [&] { f.cut_after = 40; }},
       {"endpoint halted for good", [&] { b.usb().meet = ending(End::kStall); }},
       {"transmission errors", [&] { b.usb().meet = ending(End::kError); }},
