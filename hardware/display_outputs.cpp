@@ -21,6 +21,15 @@ bool fits(const EdidIdentity& wish, const EdidIdentity& edid) {
          (wish.serial_text.empty() || wish.serial_text == edid.serial_text);
 }
 
+/// `connector` empty: any.
+std::vector<const DisplayOutput*> that_fit(const std::vector<DisplayOutput>& outputs,
+                                           const EdidIdentity& wish, const std::string& connector) {
+  std::vector<const DisplayOutput*> out;
+  for (const DisplayOutput& o : outputs)
+    if (fits(wish, o.edid) && (connector.empty() || connector == o.connector)) out.push_back(&o);
+  return out;
+}
+
 std::string name_of(const EdidIdentity& e) {
   if (e == EdidIdentity{}) return "no EDID";
   return fmt::format("{} {} serial {}{}{}", e.manufacturer, e.product, e.serial,
@@ -70,6 +79,7 @@ class Verification {
     if (!output->gamma_is_identity)
       add("gamma", "a table that is not identity",
           "end what sets it (night light, colour management)");
+    verify_link(*output, wanted);
   }
 
   /// Of displays that show the same part of the screen.
@@ -88,14 +98,25 @@ class Verification {
     problems_.push_back({role_, check, found, remedy});
   }
 
+  void verify_link(const DisplayOutput& output, const WantedOutput& wanted) {
+    if (!output.dithering.empty() && output.dithering != "off")
+      add("dithering", "the video driver's own: " + output.dithering,
+          "switch it off (docs/hardware/display_outputs.md)");
+    if (output.link_bits_per_channel > 0 && output.link_bits_per_channel < wanted.bits_per_channel)
+      add("link depth", fmt::format("at most {} bits per channel", output.link_bits_per_channel),
+          fmt::format("set \"max bpc\" to {} with xrandr", wanted.bits_per_channel));
+    if (!output.range.empty() && output.range != "Full")
+      add("range", output.range, "set \"Broadcast RGB\" to Full with xrandr");
+    if (output.has_colour_matrix)
+      add("colour matrix", "one that is not identity",
+          "end what sets it (night light, colour management)");
+  }
+
   /// Null: there is none, or none for certain.
   const DisplayOutput* bind(const WantedOutput& wanted) {
-    std::vector<const DisplayOutput*> alike, here;
-    for (const DisplayOutput& o : outputs_) {
-      if (!fits(wanted.edid, o.edid)) continue;
-      alike.push_back(&o);
-      if (wanted.connector.empty() || wanted.connector == o.connector) here.push_back(&o);
-    }
+    const std::vector<const DisplayOutput*> alike = that_fit(outputs_, wanted.edid, ""),
+                                            here =
+                                                that_fit(outputs_, wanted.edid, wanted.connector);
     if (here.size() == 1) return here.front();
     if (here.size() > 1) {
       add("identity", fmt::format("{} answer alike", connectors(here)),
@@ -131,6 +152,21 @@ std::vector<OutputProblem> verify(const std::vector<DisplayOutput>& outputs,
   for (const WantedOutput& w : wanted) verification.verify(w);
   verification.verify_apart();
   return problems;
+}
+
+const DisplayOutput* find_output(const std::vector<DisplayOutput>& outputs,
+                                 const WantedOutput& wanted) {
+  const auto here = that_fit(outputs, wanted.edid, wanted.connector);
+  return here.size() == 1 ? here.front() : nullptr;
+}
+
+std::string describe(const DisplayOutput& o) {
+  return fmt::format(
+      "{} at {}, dithering {}, {}, range {}", o.edid.name.empty() ? name_of(o.edid) : o.edid.name,
+      o.connector, o.dithering.empty() ? "unknown" : o.dithering,
+      o.link_bits_per_channel > 0 ? fmt::format("at most {} bits", o.link_bits_per_channel)
+                                  : "bits unknown",
+      o.range.empty() ? "unknown" : o.range);
 }
 
 bool is_identity_gamma(std::span<const std::uint16_t> table) {

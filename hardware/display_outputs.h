@@ -30,6 +30,11 @@ struct DisplayOutput {
   int gamma_size = 0;
   bool gamma_is_identity = false;
   bool is_scaled = false;  // a transform, a border, a scaling mode: pixels are not the panel's
+  // What the video driver says of the way to the display; empty or 0 where it does not.
+  std::string dithering;           // its own: "off", "auto", "dynamic 2x2", ...
+  int link_bits_per_channel = 0;   // the most that it sends
+  std::string range;               // of the codes: "Full", "Automatic", "Limited 16:235"
+  bool has_colour_matrix = false;  // one that is not identity
 };
 
 /// One role's display as the rig file wants it.
@@ -59,6 +64,11 @@ class DisplayOutputs : public Device {
 /// answer the same wish are a problem.
 std::vector<OutputProblem> verify(const std::vector<DisplayOutput>&,
                                   const std::vector<WantedOutput>&);
+
+/// The only display that answers the wish; null where there is none, or several.
+const DisplayOutput* find_output(const std::vector<DisplayOutput>&, const WantedOutput&);
+/// "LCD at DP-1, dithering off, at most 10 bits, range Full", for people.
+std::string describe(const DisplayOutput&);
 
 /// Entry i of the identity table of `size` >= 2 entries, and whether a table is one, to half a step
 /// of 10 bits.

@@ -6,6 +6,7 @@
 #include <xcb/xcbext.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -36,6 +37,16 @@ bool is_identity(const xcb_render_transform_t& m) {
   return m.matrix11 == kOne && m.matrix22 == kOne && m.matrix33 == kOne && m.matrix12 == 0 &&
          m.matrix13 == 0 && m.matrix21 == 0 && m.matrix23 == 0 && m.matrix31 == 0 &&
          m.matrix32 == 0;
+}
+
+/// A matrix of 3x3 fixed-point numbers, whole parts in the high words; all 0 where none was set.
+bool is_other_matrix(const std::vector<std::byte>& value) {
+  std::array<std::uint32_t, 18> words{};
+  if (value.size() != sizeof words) return false;
+  std::memcpy(words.data(), value.data(), sizeof words);
+  std::array<std::uint32_t, 18> identity{};
+  identity[1] = identity[9] = identity[17] = 1;
+  return words != identity && words != std::array<std::uint32_t, 18>{};
 }
 
 }  // namespace
@@ -96,6 +107,13 @@ class XrandrOutputs::Server {
         reply<xcb_get_atom_name_reply_t>(xcb_get_atom_name(connection_, atom), deadline);
     return {xcb_get_atom_name_name(name.get()),
             static_cast<std::size_t>(xcb_get_atom_name_name_length(name.get()))};
+  }
+  /// 0: it has none.
+  int integer(xcb_randr_output_t output, const char* property_name, const Deadline& deadline) {
+    const std::vector<std::byte> value = property(output, property_name, deadline);
+    std::int32_t out = 0;
+    if (value.size() == sizeof out) std::memcpy(&out, value.data(), sizeof out);
+    return out;
   }
   /// Empty: it has none.
   std::vector<std::byte> property(xcb_randr_output_t output, const char* name,
@@ -192,6 +210,12 @@ std::vector<DisplayOutput> XrandrOutputs::enumerate(Deadline deadline) {
         reinterpret_cast<const char*>(xcb_randr_get_output_info_name(info.get())), info->name_len);
     output.edid = parse_edid(s.property(ids[i], "EDID", deadline)).value_or(EdidIdentity{});
     output.bits_per_channel = s.bits_per_channel();
+    // Video drivers name it one way or the other.
+    output.dithering = s.choice(ids[i], "dithering mode", deadline);
+    if (output.dithering.empty()) output.dithering = s.choice(ids[i], "dither", deadline);
+    output.range = s.choice(ids[i], "Broadcast RGB", deadline);
+    output.link_bits_per_channel = s.integer(ids[i], "max bpc", deadline);
+    output.has_colour_matrix = is_other_matrix(s.property(ids[i], "CTM", deadline));
     if (info->crtc != XCB_NONE) {
       const auto crtc = s.reply<xcb_randr_get_crtc_info_reply_t>(
           xcb_randr_get_crtc_info(c, info->crtc, resources->config_timestamp), deadline);

@@ -28,6 +28,7 @@ void note(DeviceDiagnosis& d, const Look& look) {
 /// One line per wanted display.
 void diagnose_outputs(const RigDescription& rig, std::vector<DeviceDiagnosis>& out) {
   if (rig.outputs.empty()) return;
+  std::vector<DisplayOutput> outputs;
   std::vector<OutputProblem> problems;
   DeviceDiagnosis all;
   note(all, [&] {
@@ -37,7 +38,8 @@ void diagnose_outputs(const RigDescription& rig, std::vector<DeviceDiagnosis>& o
                         "add [display_outputs] with driver = \"xrandr\"");
     if (!rig.display_outputs->open) return;
     RigContext context{SteadyClock().in(kOpenLimit), nullptr, {}};
-    problems = verify(rig.display_outputs->open(context)->enumerate(context.deadline), rig.outputs);
+    outputs = rig.display_outputs->open(context)->enumerate(context.deadline);
+    problems = verify(outputs, rig.outputs);
   });
   for (const WantedOutput& wanted : rig.outputs) {
     DeviceDiagnosis d = all;
@@ -45,6 +47,8 @@ void diagnose_outputs(const RigDescription& rig, std::vector<DeviceDiagnosis>& o
     d.driver = rig.display_outputs ? rig.display_outputs->driver : "";
     d.address = wanted.connector;
     if (all.problem.empty()) d.status = "ok";
+    if (const DisplayOutput* output = find_output(outputs, wanted))
+      d.identity.model = describe(*output);
     for (const OutputProblem& p : problems) {
       if (p.role != wanted.role) continue;
       d.status = "wrong";

@@ -117,8 +117,31 @@ TEST(VerifyOutputs, EachCheckHasItsName) {
   EXPECT_THAT(with([](DisplayOutput& o) { o.bits_per_channel = 6; }), ElementsAre("depth"));
   EXPECT_THAT(with([](DisplayOutput& o) { o.is_scaled = true; }), ElementsAre("scaling"));
   EXPECT_THAT(with([](DisplayOutput& o) { o.gamma_is_identity = false; }), ElementsAre("gamma"));
+  for (const char* some : {"on", "auto", "dynamic 2x2"})
+    EXPECT_THAT(with([&](DisplayOutput& o) { o.dithering = some; }), ElementsAre("dithering"));
+  EXPECT_THAT(with([](DisplayOutput& o) { o.link_bits_per_channel = 6; }),
+              ElementsAre("link depth"));
+  for (const char* some : {"Automatic", "Limited 16:235"})
+    EXPECT_THAT(with([&](DisplayOutput& o) { o.range = some; }), ElementsAre("range"));
+  EXPECT_THAT(with([](DisplayOutput& o) { o.has_colour_matrix = true; }),
+              ElementsAre("colour matrix"));
+  EXPECT_THAT(with([](DisplayOutput& o) {
+                o.dithering = "off";
+                o.range = "Full";
+                o.link_bits_per_channel = 10;
+              }),
+              IsEmpty());
   EXPECT_THAT(with([](DisplayOutput& o) { o.edid.serial = 9; }), ElementsAre("identity"));
   EXPECT_THAT(with([](DisplayOutput& o) { o.edid = {}; }), ElementsAre("identity"));
+}
+
+TEST(VerifyOutputs, WhatIsNotKnownIsSaid) {
+  DisplayOutput o = output("DP-1", kLcd, 0);
+  EXPECT_THAT(describe(o), HasSubstr("at DP-1, dithering unknown, bits unknown, range unknown"));
+  o.dithering = "off";
+  o.range = "Full";
+  o.link_bits_per_channel = 10;
+  EXPECT_THAT(describe(o), HasSubstr("dithering off, at most 10 bits, range Full"));
 }
 
 TEST(VerifyOutputs, NeverGuessesBetweenTwins) {
@@ -127,6 +150,8 @@ TEST(VerifyOutputs, NeverGuessesBetweenTwins) {
               ElementsAre("identity", "identity"));
   EXPECT_THAT(verify(twins, {wish("a", kLcd)})[0].found, HasSubstr("DP-1, DP-2"));
   EXPECT_THAT(checks(twins, {wish("a", kLcd, "DP-2"), wish("b", kLcd, "DP-1")}), IsEmpty());
+  EXPECT_EQ(find_output(twins, wish("a", kLcd)), nullptr);
+  EXPECT_EQ(find_output(twins, wish("a", kLcd, "DP-2")), &twins[1]);
 }
 
 TEST(VerifyOutputs, SeesCablesThatWereSwapped) {

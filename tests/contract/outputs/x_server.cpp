@@ -37,6 +37,17 @@ class Visitor {
     return {reply, &std::free};
   }
   xcb_connection_t* get() const { return c_; }
+  xcb_atom_t atom(const std::string& name) const {
+    return own(xcb_intern_atom_reply(
+                   c_, xcb_intern_atom(c_, 0, static_cast<std::uint16_t>(name.size()), name.data()),
+                   nullptr))
+        ->atom;
+  }
+  void change(const std::string& property, xcb_atom_t type, std::uint8_t bits_each,
+              std::uint32_t count, const void* values) const {
+    xcb_randr_change_output_property(c_, output, atom(property), type, bits_each,
+                                     XCB_PROP_MODE_REPLACE, count, values);
+  }
 
   xcb_randr_output_t output = 0;
   xcb_randr_crtc_t crtc = 0;
@@ -97,11 +108,19 @@ void XServer::kill() {
 
 void XServer::set_edid(std::span<const std::byte> edid) {
   const Visitor v(display_);
-  const auto atom =
-      Visitor::own(xcb_intern_atom_reply(v.get(), xcb_intern_atom(v.get(), 0, 4, "EDID"), nullptr));
-  xcb_randr_change_output_property(v.get(), v.output, atom->atom, XCB_ATOM_INTEGER, 8,
-                                   XCB_PROP_MODE_REPLACE, static_cast<std::uint32_t>(edid.size()),
-                                   edid.data());
+  v.change("EDID", XCB_ATOM_INTEGER, 8, static_cast<std::uint32_t>(edid.size()), edid.data());
+}
+
+void XServer::set_choice(const std::string& property, const std::string& value) {
+  const Visitor v(display_);
+  const xcb_atom_t atom = v.atom(value);
+  v.change(property, XCB_ATOM_ATOM, 32, 1, &atom);
+}
+
+void XServer::set_integers(const std::string& property, const std::vector<std::uint32_t>& values) {
+  const Visitor v(display_);
+  v.change(property, XCB_ATOM_INTEGER, 32, static_cast<std::uint32_t>(values.size()),
+           values.data());
 }
 
 void XServer::set_gamma(const std::vector<std::uint16_t>& table) {

@@ -25,6 +25,9 @@ class XServer {
 
   // What another client does to it, and sees.
   void set_edid(std::span<const std::byte>);
+  /// A property of the output as video drivers have them.
+  void set_choice(const std::string& property, const std::string& value);
+  void set_integers(const std::string& property, const std::vector<std::uint32_t>& values);
   void set_gamma(const std::vector<std::uint16_t>&);
   std::vector<std::uint16_t> gamma() const;
 
