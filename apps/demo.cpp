@@ -54,6 +54,7 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
   std::filesystem::remove_all(dataset.root());
   make_folder(dataset.root());
   SimulatedRig twin({scene, options.scale, options.seed});
+  twin.world().faults.arm_at_random(options.fault_probability, options.seed);
   const Rig rig = twin.rig();
   capture_light_field(
       rig, dataset, {"capture", scene, options.seed, options.scale, "simulated rig", 0, 1}, {},
@@ -142,6 +143,7 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
   const std::string line = import_input(data / "openexr_stereo/beachball/singlepart.0001.exr",
                                         dataset, {"auto", 300, 0, 13.2});
   SimulatedRig twin({"card", options.scale, options.seed});
+  twin.world().faults.arm_at_random(options.fault_probability, options.seed);
   const Rig rig = twin.rig();
   record_alignments(rig, dataset);
   calibrate_eyes(dataset);

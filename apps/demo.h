@@ -16,6 +16,7 @@ struct DemoOptions {
   std::vector<std::string> scenes = {"card", "sphere", "objects"};
   double scale = 0.25;
   std::uint64_t seed = 7;
+  double fault_probability = 0;  // of every call of a device
 };
 
 /// Writes <out>/<scene>/ (datasets), report.html and summary.json ("wheatstone-summary/1").

@@ -247,10 +247,15 @@ void present(const Dataset& dataset, const Rig& rig) {
         read_drive_png(dataset.file("drive/" + to_string(id) + "_projector.png"))};
   require_below_limit(rig, frames);
   const Nanoseconds at = rig.clock.now_ns();
-  for (DisplayId id : kDisplays) {
-    const PanelFrames& f = frames[static_cast<std::size_t>(index_of(id))];
-    rig.panel(id, PanelOutput::Modulator::kLcd).show(f.lcd, at);
-    rig.panel(id, PanelOutput::Modulator::kProjector).show(f.projector, at);
+  try {
+    for (DisplayId id : kDisplays) {
+      const PanelFrames& f = frames[static_cast<std::size_t>(index_of(id))];
+      rig.panel(id, PanelOutput::Modulator::kLcd).show(f.lcd, at);
+      rig.panel(id, PanelOutput::Modulator::kProjector).show(f.projector, at);
+    }
+  } catch (...) {
+    make_safe(rig);  // half a stimulus is none
+    throw;
   }
 }
 

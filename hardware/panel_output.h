@@ -23,7 +23,7 @@ class PanelOutput {
   virtual int width_px() const = 0;
   virtual int height_px() const = 0;
   /// Shows the frame from the first refresh at or after `at` on, and returns when it is visible.
-  /// Throws DeviceError kRefused for an image of another size or type.
+  /// Throws DeviceError kRefused for an image of another size or type; kTimeout, kDisconnected.
   virtual PresentRecord show(const DriveImage&, Nanoseconds at) = 0;
   /// Shows the darkest there is, from the next refresh on. Any thread, any time.
   virtual void go_dark() noexcept = 0;

@@ -8,8 +8,9 @@ namespace {
 
 using Kind = DeviceError::Kind;
 
-constexpr std::array kAtRandom = {Kind::kTimeout, Kind::kDisconnected, Kind::kProtocol,
-                                  Kind::kRefused, Kind::kFault};
+constexpr std::array<std::optional<Kind>, 6> kAtRandom = {
+    Kind::kTimeout, Kind::kDisconnected, Kind::kProtocol, Kind::kRefused, Kind::kFault, {}};
+constexpr Duration kLongSleep = Duration::of(3600);
 
 std::string problem_of(const std::string& device, Kind kind) {
   switch (kind) {
@@ -28,8 +29,18 @@ std::string problem_of(const std::string& device, Kind kind) {
 
 }  // namespace
 
+double fault_probability(const std::string& profile) {
+  if (profile == "rare") return 0.002;
+  if (profile == "often") return 0.02;
+  throw ArgumentError("there is no profile of faults " + profile, "use rare or often");
+}
+
 void FaultScript::arm(const std::string& device, Kind kind, int skipped) {
-  armed_.push_back({device, kind, skipped});
+  armed_.push_back({device, kind, {}, skipped});
+}
+
+void FaultScript::step_clock(const std::string& device, Duration by, int skipped) {
+  armed_.push_back({device, {}, by, skipped});
 }
 
 void FaultScript::arm_at_random(double probability, std::uint64_t seed) {
@@ -40,26 +51,28 @@ void FaultScript::arm_at_random(double probability, std::uint64_t seed) {
   random_ = RandomStream(seed, 0);
 }
 
-void FaultScript::arm_profile(const std::string& name, std::uint64_t seed) {
-  if (name != "rare" && name != "often")
-    throw ArgumentError("there is no profile of faults " + name, "use rare or often");
-  arm_at_random(name == "rare" ? 0.002 : 0.02, seed);
-}
-
 void FaultScript::meet(const std::string& device, const Deadline& deadline) {
   if (deadline.cancel.stop_requested()) throw Cancelled("the " + device + " was asked to stop");
   if (gone_.contains(device)) fail(device, Kind::kDisconnected, deadline);
   for (auto it = armed_.begin(); it != armed_.end(); ++it) {
     if (it->device != device || it->skipped-- > 0) continue;
-    const Kind kind = it->kind;
+    const Armed due = *it;
     armed_.erase(it);
-    fail(device, kind, deadline);
+    if (due.kind) fail(device, *due.kind, deadline);
+    sleep(device, due.step, deadline);
+    break;
   }
-  if (probability_ > 0 && random_.uniform() < probability_)
-    fail(device,
-         kAtRandom[std::min<std::size_t>(
-             static_cast<std::size_t>(random_.uniform() * kAtRandom.size()), kAtRandom.size() - 1)],
-         deadline);
+  if (probability_ > 0 && random_.uniform() < probability_) {
+    const auto which = std::min(static_cast<std::size_t>(random_.uniform() * kAtRandom.size()),
+                                kAtRandom.size() - 1);
+    if (kAtRandom[which]) fail(device, *kAtRandom[which], deadline);
+    sleep(device, kLongSleep, deadline);
+  }
+}
+
+void FaultScript::sleep(const std::string& device, Duration by, const Deadline& deadline) {
+  clock_.wait_until(clock_.in(by).at_ns);
+  if (clock_.now_ns() > deadline.at_ns) fail(device, Kind::kTimeout, deadline);
 }
 
 void FaultScript::fail(const std::string& device, Kind kind, const Deadline& deadline) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@
 
 namespace wheatstone {
 
+/// How often something goes wrong, by the name of a profile: "rare" (one call in 500), "often" (one
+/// in 50). Throws ArgumentError for others.
+double fault_probability(const std::string& profile);
+
 /// Every call of a simulated device that talks to it asks meet() first. Devices have the names of
 /// Rig's members: "stage", "markers", "leds", "camera", ...
 class FaultScript {
@@ -20,13 +25,13 @@ class FaultScript {
 
   /// The call of `device` after `skipped` further ones ends with this error.
   void arm(const std::string& device, DeviceError::Kind, int skipped = 0);
+  /// The clock steps forward in the call of `device` after `skipped` further ones, as when the
+  /// machine was asleep; the call ends with kTimeout if its deadline is over by then.
+  void step_clock(const std::string& device, Duration by, int skipped = 0);
   /// From now on every call of every device fails with this probability, in the way a real one
-  /// would: a time-out, a lost connection, nonsense, a refusal. Throws ArgumentError unless
-  /// 0 <= probability <= 1.
+  /// would: a time-out, a lost connection, nonsense, a refusal, an hour of sleep. Throws
+  /// ArgumentError unless 0 <= probability <= 1.
   void arm_at_random(double probability, std::uint64_t seed);
-  /// The same by the name of a profile: "rare" (1 call in 500), "often" (1 in 50). Throws
-  /// ArgumentError for others.
-  void arm_profile(const std::string& name, std::uint64_t seed);
   /// The cable is in again; devices work as new objects would.
   void reconnect(const std::string& device) { gone_.erase(device); }
 
@@ -36,11 +41,13 @@ class FaultScript {
  private:
   struct Armed {
     std::string device;
-    DeviceError::Kind kind;
+    std::optional<DeviceError::Kind> kind;  // none: the clock steps
+    Duration step;
     int skipped;
   };
 
   [[noreturn]] void fail(const std::string& device, DeviceError::Kind, const Deadline&);
+  void sleep(const std::string& device, Duration, const Deadline&);
 
   Clock& clock_;
   std::vector<Armed> armed_;

@@ -28,6 +28,7 @@ Eigen::Vector2d SimulatedObserver::true_lcd_px(DisplayId id,
 
 Eigen::Vector2d SimulatedObserver::align(DisplayId id, const Eigen::Vector3d& p_rsb_mm,
                                          Deadline deadline) {
+  world_.faults.meet("observer's keys", deadline);
   const PanelModel& m = world_.model(id);
   const Eigen::Vector2d truth = true_lcd_px(id, p_rsb_mm);
   if (truth.x() < -0.5 || truth.y() < -0.5 || truth.x() > m.lcd_width_px - 0.5 ||

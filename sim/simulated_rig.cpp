@@ -17,6 +17,7 @@ namespace wheatstone {
 namespace {
 
 constexpr Nanoseconds kRefreshNs = 16'666'667;
+constexpr Duration kShowLimit = Duration::of(1);
 
 class SimulatedPanel final : public PanelOutput {
  public:
@@ -35,6 +36,7 @@ class SimulatedPanel final : public PanelOutput {
   }
 
   PresentRecord show(const DriveImage& drive, Nanoseconds at) override {
+    world_.faults.meet("displays", world_.clock.in(kShowLimit));
     const bool lcd = modulator_ == Modulator::kLcd;
     if (drive.width() != width_px() || drive.height() != height_px() ||
         drive.codes.type() != (lcd ? CV_8UC3 : CV_8UC1)) {

@@ -88,11 +88,14 @@ void add_calibrate(CLI::App& app) {
   eyes->add_option("dataset", *folder, "dataset folder")->required();
   eyes->add_option("--scale", *scale, "of the simulated displays, for imported input")
       ->capture_default_str();
+  auto chaos = std::make_shared<ChaosOption>();
+  chaos->add_to(*eyes);
   eyes->footer("Example:\n  wheatstone calibrate eyes out/card");
   eyes->callback([=] {
     const Dataset dataset = open_dataset(*folder);
     if (!std::filesystem::exists(dataset.file("alignments.json"))) {
       SimulatedRig twin(twin_of(dataset, *scale));
+      chaos->arm(&twin);
       record_alignments(twin.rig(), dataset);
     }
     for (const EyeDisplayCalibration& e : calibrate_eyes(dataset)) {

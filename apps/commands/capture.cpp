@@ -26,7 +26,8 @@ using nlohmann::json;
 struct CaptureOptions {
   std::string folder;
   SimulationOptions simulation;
-  std::string rig, transcript, chaos;
+  std::string rig, transcript;
+  ChaosOption chaos;
   CapturePlan plan;
   double coverage = 0.95;
   std::vector<std::string> exposures = {"1/240", "1/60", "1/15"};
@@ -160,13 +161,7 @@ void run_capture(const CaptureOptions& options) {
   RigSource source = source_of(options);
   const Rig rig = source.rig();
   const Dataset dataset(options.folder);
-  if (!options.chaos.empty()) {
-    if (!source.twin())
-      throw ArgumentError("faults on cue need a simulated rig", "leave --chaos out");
-    // Other faults in every run, so that resuming gets on.
-    source.twin()->world().faults.arm_profile(options.chaos,
-                                              static_cast<std::uint64_t>(SteadyClock().now_ns()));
-  }
+  options.chaos.arm(source.twin());
   Watchdog watchdog(source.watchdog(), [&rig] {
     std::fputs("wheatstone: the capture hangs; the rig is made safe\n", stderr);
     make_safe(rig);
@@ -212,8 +207,7 @@ void add_capture(CLI::App& app) {
     command->get_option(of_the_twin)->excludes(rig);
   command->add_option("--transcript", options->transcript, "writes what goes over the wires here")
       ->needs(rig);
-  command->add_option("--chaos", options->chaos,
-                      "devices of the twin fail at random, for training: rare or often");
+  options->chaos.add_to(*command);
   command->add_option("--views", plan.views, "rail positions")->capture_default_str();
   auto* exposures =
       command

@@ -24,6 +24,23 @@ void SimulationOptions::add_to(CLI::App& command) {
   command.add_option("--seed", seed, "of everything random")->capture_default_str();
 }
 
+void ChaosOption::add_to(CLI::App& command) {
+  command
+      .add_option("--chaos", profile,
+                  "devices of the twin fail at random, for training: rare or often")
+      ->check(CLI::IsMember({"rare", "often"}));
+}
+
+void ChaosOption::arm(SimulatedRig* twin) const {
+  if (profile.empty()) return;
+  if (!twin) throw ArgumentError("faults on cue need a simulated rig", "leave --chaos out");
+  twin->world().faults.arm_at_random(fault_probability(profile), fresh_seed());
+}
+
+std::uint64_t fresh_seed() {
+  return static_cast<std::uint64_t>(SteadyClock().now_ns());
+}
+
 Dataset open_dataset(const std::string& folder) {
   const Dataset dataset(folder);
   if (!std::filesystem::exists(dataset.file("dataset.json")))

@@ -22,6 +22,18 @@ struct SimulationOptions {
   void add_to(CLI::App& command);
 };
 
+/// --chaos PROFILE: the devices of the twin fail at random.
+struct ChaosOption {
+  std::string profile;  // empty: they do not
+
+  void add_to(CLI::App& command);
+  /// Others in every run, so that what resumes gets on. Throws ArgumentError for a rig that is not
+  /// simulated (null) and for an unknown profile.
+  void arm(SimulatedRig* twin) const;
+};
+/// Of faults at random, another one in every run.
+std::uint64_t fresh_seed();
+
 /// The dataset in a folder that must be one, of a version this program reads.
 Dataset open_dataset(const std::string& folder);
 

@@ -20,9 +20,12 @@ void add_demo(CLI::App& app) {
   command->add_option("--scene", options->scenes, "scenes to run")->capture_default_str();
   command->add_option("--scale", options->scale, "of all pixel counts")->capture_default_str();
   command->add_option("--seed", options->seed, "of everything random")->capture_default_str();
+  auto chaos = std::make_shared<ChaosOption>();
+  chaos->add_to(*command);
   command->footer("Example:\n  wheatstone demo --out out/demo");
   command->callback([=] {
     if (!real->empty()) options->real_data = *real;
+    if (!chaos->profile.empty()) options->fault_probability = fault_probability(chaos->profile);
     run_demo(*options, show_progress);
     fmt::print("{}\n{}\n", (options->out / "report.html").string(),
                (options->out / "summary.json").string());

@@ -5,12 +5,14 @@
 #include <memory>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/common.h"
 #include "apps/stop_on_signal.h"
 #include "core/clock.h"
 #include "core/error.h"
 #include "sim/wire/arduino_gantry_firmware.h"
 #include "sim/wire/grbl_firmware.h"
 #include "sim/wire/jeti_firmware.h"
+#include "sim/wire/line_faults.h"
 #include "sim/wire/pty_peer.h"
 
 namespace wheatstone::apps {
@@ -38,14 +40,23 @@ std::unique_ptr<SerialFirmware> firmware_of(const std::string& name) {
   throw ArgumentError("there is no emulated device " + name, "use grbl, arduino-gantry or jeti");
 }
 
-void emulate(const std::string& name, const std::string& link, double speed) {
+void emulate(const std::string& name, const std::string& link, double speed,
+             const std::string& chaos) {
+  const double probability = chaos.empty() ? 0 : fault_probability(chaos);
   const std::unique_ptr<SerialFirmware> firmware = firmware_of(name);
   const StopOnSignal stop;
-  const PtyPeer peer(*firmware, link, speed);
-  fmt::print("{} on {}; Ctrl-C ends it\n", name, peer.path().string());
-  std::fflush(stdout);
+  PtyPeer peer(*firmware, link, speed);
+  const auto say = [](const std::string& line) {
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  };
+  say(fmt::format("{} on {}; Ctrl-C ends it", name, peer.path().string()));
   SteadyClock clock;
-  while (!stop.token().stop_requested()) clock.wait_until(clock.now_ns() + kLookEveryNs);
+  LineFaults faults(peer, probability, fresh_seed());
+  while (!stop.token().stop_requested()) {
+    for (const std::string& fault : faults.tend(clock.now_ns())) say(fault);
+    clock.wait_until(clock.now_ns() + kLookEveryNs);
+  }
 }
 
 }  // namespace
@@ -60,8 +71,11 @@ void add_emulate(CLI::App& app) {
   command->add_option("--link", *link, "symbolic link to the terminal, removed at the end");
   command->add_option("--speed", *speed, "how many times as fast as the real device")
       ->capture_default_str();
+  auto chaos = std::make_shared<std::string>();
+  command->add_option("--chaos", *chaos, "the line fails at random, for training: rare or often")
+      ->check(CLI::IsMember({"rare", "often"}));
   command->footer("Example:\n  wheatstone emulate grbl --link out/grbl");
-  command->callback([=] { emulate(*name, *link, *speed); });
+  command->callback([=] { emulate(*name, *link, *speed, *chaos); });
 }
 
 }  // namespace wheatstone::apps

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/common.h"
 #include "apps/drivers.h"
 #include "apps/rig_source.h"
 #include "apps/stop_on_signal.h"
@@ -199,10 +200,11 @@ class Console {
   const StopOnSignal& stop_;
 };
 
-void jog(const std::string& file, const std::string& transcript) {
+void jog(const std::string& file, const std::string& transcript, const ChaosOption& chaos) {
   const RigDescription description = read_rig_file(file, all_drivers());
   const StopOnSignal stop;
   RigSource source(description, transcript);
+  chaos.arm(source.twin());
   const Rig rig = source.rig();
   const SafeAtExit guard(rig);
   Console console(rig, description, stop);
@@ -236,10 +238,12 @@ void add_jog(CLI::App& app) {
   auto transcript = std::make_shared<std::string>();
   command->add_option("--rig", *rig, "rig file")->required();
   command->add_option("--transcript", *transcript, "writes what goes over the wires to this file");
+  auto chaos = std::make_shared<ChaosOption>();
+  chaos->add_to(*command);
   command->footer(std::string("Commands:\n") + kHelp +
                   "Example:\n  printf 'home\\nstage 50\\nwhere\\n' | wheatstone jog --rig "
                   "rigs/simulated.toml");
-  command->callback([=] { jog(*rig, *transcript); });
+  command->callback([=] { jog(*rig, *transcript, *chaos); });
 }
 
 }  // namespace wheatstone::apps

@@ -24,6 +24,8 @@ void add_present(CLI::App& app) {
       ->add_option("--luminance-limit", *limit,
                    "refuse frames that could show an eye more, in cd/m^2")
       ->check(CLI::PositiveNumber);
+  auto chaos = std::make_shared<ChaosOption>();
+  chaos->add_to(*command);
   command->footer("Example:\n  wheatstone present out/card");
   command->callback([=] {
     const Dataset dataset = open_dataset(*folder);
@@ -31,6 +33,7 @@ void add_present(CLI::App& app) {
     fmt::print("eight frames in {}; {} pixels too bright, {} too dark for the displays\n",
                dataset.file("drive").string(), r.above_peak_px, r.below_black_px);
     SimulatedRig twin(twin_of(dataset, *scale));
+    chaos->arm(&twin);
     Rig rig = twin.rig();
     if (*limit) rig.luminance_limit = Luminance::of(**limit);
     if (dataset.read_manifest().kind == "capture") {

@@ -15,6 +15,7 @@ using Kind = DeviceError::Kind;
 constexpr std::size_t kLongestAnswer = 120;
 constexpr int kRoundTrips = 5;
 constexpr std::uint32_t kMostSamplesPerS = 1'000'000;
+constexpr Nanoseconds kLongestLeadNs = 10'000'000;  // from the command to the first sample
 constexpr std::string_view kIdentity = "PHOTODIODE/1 ", kStopped = "STOPPED\n";
 
 const std::filesystem::path& address(const SerialPhotodiodeSettings& s) {
@@ -79,7 +80,6 @@ void SerialPhotodiode::end_recording(const Deadline& deadline) {
 SerialPhotodiode::Sync SerialPhotodiode::synchronise(const Deadline& deadline) {
   const SteadyClock clock;
   Sync best;
-  Nanoseconds shortest = 0;
   for (int i = 0; i < kRoundTrips; ++i) {
     const Nanoseconds asked = clock.now_ns();
     const std::string answer = ask(fmt::format("TIME {}", ++tag_), deadline);
@@ -89,9 +89,7 @@ SerialPhotodiode::Sync SerialPhotodiode::synchronise(const Deadline& deadline) {
       throw DeviceError(Kind::kProtocol,
                         port_.what() + " answers an earlier question: " + printable(answer),
                         "run the command again");
-    if (i > 0 && took >= shortest) continue;
-    shortest = took;
-    best = {asked + took / 2, numbers[1]};
+    if (i == 0 || took < best.round_trip_ns) best = {asked + took / 2, took, numbers[1]};
   }
   return best;
 }
@@ -111,11 +109,20 @@ LightTrace SerialPhotodiode::record(Duration duration, Deadline deadline) {
   LightTrace trace;
   trace.samples_per_s = samples_per_s_;
   recording_ = true;  // until the last sample is here, an error leaves us not knowing
+  const SteadyClock clock;
+  const Nanoseconds asked = clock.now_ns();
   const std::string answer = ask(fmt::format("RECORD {:.0f}", count), deadline);
+  const Nanoseconds answered = clock.now_ns();
   const std::uint32_t start_us = numbers_of(port_.what(), answer, "RECORD", 1)[0];
   // Its microseconds wrap.
   trace.start_ns =
       sync.host_ns + Nanoseconds{1000} * static_cast<std::int32_t>(start_us - sync.device_us);
+  const Nanoseconds slack = kLongestLeadNs + sync.round_trip_ns;
+  if (trace.start_ns < asked - slack || trace.start_ns > answered + slack)
+    throw DeviceError(Kind::kFault,
+                      fmt::format("{} says that it began {:+.3f} s from the command", port_.what(),
+                                  1e-9 * double(trace.start_ns - asked)),
+                      "its clock was set or it was switched on again: record again");
   receive(trace, static_cast<std::size_t>(count), deadline);
   recording_ = false;
   for (const float level : trace.levels)

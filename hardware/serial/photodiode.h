@@ -38,7 +38,7 @@ class SerialPhotodiode final : public LightSensor {
   void end_recording(const Deadline&);
   /// The machine's clock minus the device's, at this device time.
   struct Sync {
-    Nanoseconds host_ns = 0;
+    Nanoseconds host_ns = 0, round_trip_ns = 0;
     std::uint32_t device_us = 0;
   };
   Sync synchronise(const Deadline&);

@@ -39,6 +39,7 @@ void PhotodiodeFirmware::command(const std::string& line, Nanoseconds now) {
     answers_ += refusal + "\n";
   } else if (line.starts_with("RECORD ") && !recording()) {
     const unsigned long count = std::strtoul(line.c_str() + 7, nullptr, 10);
+    first_us += static_cast<std::uint32_t>(step_clock_us);
     start_ns_ = now + kLeadNs;
     samples_ = diode_.samples(count + static_cast<unsigned long>(extra_samples), recordings_++);
     sent_ = 0;

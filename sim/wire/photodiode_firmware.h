@@ -27,6 +27,7 @@ class PhotodiodeFirmware final : public SerialFirmware {
   int lose_block = -1;       // this block of a recording is not sent
   int extra_samples = 0;     // more than asked for
   int stall_after = -1;      // no block after this one
+  int step_clock_us = 0;     // its clock steps when it is to record
 
   bool recording() const { return sent_ < samples_.size(); }
 

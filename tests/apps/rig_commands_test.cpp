@@ -156,7 +156,46 @@ TEST_F(RigCommands, CaptureGoesOnWhereFailingDevicesEndedIt) {
     }
   }
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  expect_refused(run_program({"capture", path("e"), "--chaos", "wild"}), {"wild", "rare or often"});
+}
+
+TEST_F(RigCommands, CommandsAtDevicesThatFail) {
+  Surroundings typing;
+  for (int i = 0; i < 1000; ++i) typing.input += "markers 1\n";
+  const Outcome jog = run_program({"jog", "--rig",
+                                   rig_file("[markers]\ndriver = \"simulated\"\n"
+                                            "[simulation]\nscale = 0.02\n"),
+                                   "--chaos", "often"},
+                                  typing);
+  EXPECT_EQ(jog.status, 1);
+  EXPECT_THAT(jog.err, AllOf(HasSubstr("the simulated markers"), HasSubstr("commands failed")));
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"capture", path("e")},
+                                                  {"jog", "--rig", grbl_rig(path("tty"))},
+                                                  {"present", path("e")},
+                                                  {"calibrate", "eyes", path("e")},
+                                                  {"demo", "--out", path("e")},
+                                                  {"emulate", "grbl"}}) {
+    std::vector<std::string> wild = command;
+    wild.insert(wild.end(), {"--chaos", "wild"});
+    const Outcome outcome = run_program(wild);
+    EXPECT_NE(outcome.status, 0);
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("wild"), HasSubstr("rare")));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path("e")));
+}
+
+TEST_F(RigCommands, FaultsOnCueNeedATwin) {
+  GrblFirmware firmware;
+  const PtyPeer peer(firmware, path("grbl"), 20);
+  expect_refused(run_program({"jog", "--rig", grbl_rig(path("grbl")), "--chaos", "often"}),
+                 {"need a simulated rig", "leave --chaos out"});
+}
+
+TEST_F(RigCommands, TheDemoEndsWhereADeviceFails) {
+  // With the seed of the demo some call fails before it is done.
+  const Outcome outcome = run_program(
+      {"demo", "--out", path("demo"), "--scene", "card", "--scale", "0.05", "--chaos", "often"});
+  expect_refused(outcome, {"the simulated "});
+  EXPECT_FALSE(std::filesystem::exists(path("demo/report.html")));
 }
 
 TEST_F(RigCommands, EmulateServesAnyClient) {
@@ -179,6 +218,30 @@ TEST_F(RigCommands, EmulateServesAnyClient) {
   write_text_atomically(path("file"), "x");
   expect_refused(run_program({"emulate", "grbl", "--link", path("file")}), {"file"});
   expect_refused(run_program({"emulate", "grbl", "--speed", "0"}), {"time scale"});
+}
+
+TEST_F(RigCommands, EmulatedLinesFailOnCue) {
+  const std::string link = path("grbl");
+  int asked = 0, failed = 0;
+  Surroundings until_it_fails;
+  until_it_fails.kill_when = [&] {
+    if (!std::filesystem::exists(link)) return false;
+    const SteadyClock clock;
+    SerialPort client("a client", link, 115200);
+    for (; asked < 2000 && failed == 0; ++asked) {
+      try {
+        client.write("$I\n", clock.in(Duration::of(1)));
+        std::string answer;
+        while (!answer.ends_with("ok\r\n")) answer += client.read(clock.in(Duration::of(0.2)));
+      } catch (const DeviceError&) {
+        ++failed;
+      }
+    }
+    return true;
+  };
+  run_program({"emulate", "grbl", "--link", link, "--chaos", "often"}, until_it_fails);
+  EXPECT_EQ(failed, 1) << "of " << asked;
+  std::filesystem::remove(link);
 }
 
 }  // namespace

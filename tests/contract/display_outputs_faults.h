@@ -20,6 +20,7 @@ inline constexpr FaultCase kXrandrFaults[] = {
 inline constexpr FaultCase kSimulatedOutputFaults[] = {
     {"simulated display outputs", "silence", "enumerating", kTimeout, "ready"},
     {"simulated display outputs", "table stays", "neutralising", kFault, "ready"},
+    {"simulated display outputs", "clock step", "enumerating", kTimeout, "ready"},
     {"simulated display outputs", "unplugged", "enumerating", kDisconnected, "gone"},
 };
 

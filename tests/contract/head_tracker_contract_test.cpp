@@ -265,7 +265,7 @@ TEST_P(SimulatedHeadTrackerFaults, EndAsDocumented) {
   TwinHeadTrackerBackend backend;
   const auto in_time = [&] { return backend.clock().in(Duration::of(1)); };
   backend.tracker().next(in_time());
-  backend.world().faults.arm("tracker", fault.error);
+  arm(backend.world().faults, "tracker", fault);
   expect_fault(fault, [&](const Deadline&) { backend.tracker().next(in_time()); });
   if (std::string(fault.after) == "gone") {
     EXPECT_EQ(kind_of([&] { backend.tracker().next(in_time()); }), Kind::kDisconnected);

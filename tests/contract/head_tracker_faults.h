@@ -42,6 +42,7 @@ inline constexpr FaultCase kUdpHeadTrackerFaults[] = {
 inline constexpr FaultCase kSimulatedHeadTrackerFaults[] = {
     {"simulated head tracker", "silence", "running", kTimeout, "running"},
     {"simulated head tracker", "garbage", "running", kProtocol, "running"},
+    {"simulated head tracker", "clock step", "running", kTimeout, "running"},
     {"simulated head tracker", "unplugged", "running", kDisconnected, "gone"},
 };
 

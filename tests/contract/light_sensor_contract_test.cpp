@@ -206,6 +206,8 @@ void inject(SerialBackend& backend, const std::string& fault) {
     if (fault == "answer to an earlier question") f.refuse_time = true;
     if (fault == "lost block") f.lose_block = 5;
     if (fault == "stall") f.stall_after = 5;
+    if (fault == "clock step") f.step_clock_us = 20'000;
+    if (fault == "clock set back") f.step_clock_us = -1'000'000'000;
     if (fault == "too many samples") f.extra_samples = 10;
   });
 }
@@ -222,7 +224,7 @@ void mend(SerialBackend& backend) {
     f.refusal.clear();
     f.refuse_time = false;
     f.lose_block = f.stall_after = -1;
-    f.extra_samples = 0;
+    f.extra_samples = f.step_clock_us = 0;
   });
 }
 
@@ -289,7 +291,7 @@ TEST_P(SimulatedLightSensorFaults, EndAsDocumented) {
   if (saturated)
     show_white(backend.world());
   else
-    backend.world().faults.arm("light sensor", fault.error);
+    arm(backend.world().faults, "light sensor", fault);
   expect_fault(fault, [&](const Deadline&) { record(); });
   if (std::string(fault.after) == "gone") {
     EXPECT_EQ(kind_of(record), kDisconnected);

@@ -31,6 +31,8 @@ inline constexpr FaultCase kPhotodiodeFaults[] = {
     {"photodiode", "half a block", "recording", kTimeout, "ready"},
     {"photodiode", "flipped bit", "recording", kProtocol, "ready"},
     {"photodiode", "too many samples", "recording", kProtocol, "ready"},
+    {"photodiode", "clock step", "recording", kFault, "ready"},
+    {"photodiode", "clock set back", "recording", kFault, "ready"},
     {"photodiode", "saturated", "recording", kTooBright, "ready"},
     {"photodiode", "unplugged", "recording", kDisconnected, "gone"},
 };
@@ -39,6 +41,7 @@ inline constexpr FaultCase kSimulatedLightSensorFaults[] = {
     {"simulated light sensor", "silence", "asked", kTimeout, "ready"},
     {"simulated light sensor", "lost samples", "asked", kFault, "ready"},
     {"simulated light sensor", "saturated", "recording", kTooBright, "ready"},
+    {"simulated light sensor", "clock step", "asked", kTimeout, "ready"},
     {"simulated light sensor", "unplugged", "asked", kDisconnected, "gone"},
 };
 

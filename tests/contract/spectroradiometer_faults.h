@@ -73,6 +73,7 @@ inline constexpr FaultCase kSimulatedMeterFaults[] = {
     {"simulated spectroradiometer", "overexposed", "measuring", kTooBright, "ready"},
     {"simulated spectroradiometer", "underexposed", "measuring", kTooDark, "ready"},
     {"simulated spectroradiometer", "not enough time", "measuring", kTimeout, "ready"},
+    {"simulated spectroradiometer", "clock step", "measuring", kTimeout, "ready"},
     {"simulated spectroradiometer", "unplugged", "measuring", kDisconnected, "gone"},
 };
 

@@ -221,7 +221,7 @@ TEST_P(SimulatedMeterFaults, EndAsDocumented) {
   else if (what == "underexposed")
     backend.light(0);
   else if (what != "overexposed")
-    backend.world().faults.arm("spectroradiometer", fault.error);
+    arm(backend.world().faults, "spectroradiometer", fault);
   expect_fault(fault, [&](const Deadline&) { backend.meter().measure(in(patience_s)); });
   if (std::string(fault.after) == "gone") {
     EXPECT_EQ(kind_of([&] { backend.meter().measure(in(200)); }), kDisconnected);

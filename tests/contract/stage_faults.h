@@ -92,6 +92,8 @@ inline constexpr FaultCase kSimulatedStageFaults[] = {
     {"simulated stage", "protocol", "moving", kProtocol, "unknown"},
     {"simulated stage", "refused", "moving", kRefused, "idle"},
     {"simulated stage", "fault", "moving", kFault, "unknown"},
+    {"simulated stage", "clock step", "homing", kTimeout, "unknown"},
+    {"simulated stage", "clock step", "moving", kTimeout, "idle"},
     {"simulated stage", "timeout", "asked", kTimeout, "idle"},
     {"simulated stage", "disconnected", "asked", kDisconnected, "unknown"},
     {"simulated stage", "protocol", "asked", kProtocol, "idle"},

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "tests/contract/fault_call.h"
 #include "tests/contract/resources.h"
 #include "tests/contract/stage_backends.h"
 #include "tests/temporary_folder.h"
@@ -43,17 +44,8 @@ void inject(PtyPeer& peer, const std::string& fault) {
 }
 
 template <class Call>
-void expect_fault(const FaultCase& fault, const Call& call) {
-  const SteadyClock clock;
-  const Nanoseconds start = clock.now_ns();
-  try {
-    call(clock.in(Duration::of(kDeadlineS)));
-    ADD_FAILURE() << "no error";
-  } catch (const DeviceError& e) {
-    EXPECT_EQ(to_string(e.kind()), to_string(fault.error)) << e.what();
-    EXPECT_THAT(e.what(), ::testing::HasSubstr("; ")) << "a remedy";
-  }
-  EXPECT_LE(static_cast<double>(clock.now_ns() - start) * 1e-9, kDeadlineS + 0.5);
+void expect_stage_fault(const FaultCase& fault, const Call& call) {
+  expect_fault(fault, call, kDeadlineS);
 }
 
 /// Calls and injects the fault: as soon as it moves, if it is to move.
@@ -69,7 +61,7 @@ void carry_out(const FaultCase& fault, Backend& backend) {
       inject(peer, what);
   };
   if (what == "switch broken") {
-    expect_fault(fault, [&](const Deadline& d) { stage.home(d); });
+    expect_stage_fault(fault, [&](const Deadline& d) { stage.home(d); });
   } else if (state == "homing" || state == "moving") {
     if (state == "moving") stage.home(SteadyClock().in(Duration::of(20)));
     // These answer the very first order; all others come while it moves.
@@ -86,18 +78,18 @@ void carry_out(const FaultCase& fault, Backend& backend) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (!at_once) act();
     });
-    expect_fault(fault, [&](const Deadline& d) {
+    expect_stage_fault(fault, [&](const Deadline& d) {
       state == "homing" ? stage.home(d) : stage.move_to(Length::of(backend.kFarMm), d);
     });
   } else {
     stage.home(SteadyClock().in(Duration::of(20)));
     stage.move_to(Length::of(16.7), SteadyClock().in(Duration::of(20)));
     act();
-    expect_fault(fault, [&](const Deadline& d) { stage.position(d); });
+    expect_stage_fault(fault, [&](const Deadline& d) { stage.position(d); });
   }
   EXPECT_EQ(to_string(stage.state()), fault.after);
   if (fault.error == Kind::kDisconnected) {
-    expect_fault(fault, [&](const Deadline& d) { stage.home(d); });  // it stays gone
+    expect_stage_fault(fault, [&](const Deadline& d) { stage.home(d); });  // it stays gone
     peer.plug_in();
     backend.close();
     EXPECT_EQ(backend.stage().home(SteadyClock().in(Duration::of(20))).value(), 0)
@@ -141,7 +133,7 @@ TEST_P(GrblFaults, EndAsDocumented) {
       // The first answers belong to the reset before.
       backend.peer().spoil(
           [](std::string sent) { return sent == "ok\r\n" ? std::string("error:8\r\n") : sent; });
-      expect_fault(fault, [&](const Deadline& d) { backend.stage().home(d); });
+      expect_stage_fault(fault, [&](const Deadline& d) { backend.stage().home(d); });
       EXPECT_EQ(to_string(backend.stage().state()), fault.after);
       return;
     }
@@ -171,7 +163,7 @@ TEST_P(GrblFaults, EndAsDocumented) {
     std::ofstream(port) << "x";
   }
   inject(backend.peer(), what);
-  expect_fault(fault, [&](const Deadline& d) {
+  expect_stage_fault(fault, [&](const Deadline& d) {
     GrblRail(std::make_shared<GrblController>(GrblSettings{port, 115200, nullptr}, d),
              GrblAxisSettings{0, 167});
   });
@@ -200,7 +192,7 @@ TEST_P(ArduinoGantryFaults, EndAsDocumented) {
     // In silence: what is sent wrongly can only be seen in its answers afterwards.
     LinearStage& stage = backend.stage();
     inject(backend.peer(), what);
-    expect_fault(fault, [&](const Deadline& d) { stage.home(d); });
+    expect_stage_fault(fault, [&](const Deadline& d) { stage.home(d); });
     EXPECT_EQ(to_string(stage.state()), fault.after);
     return;
   }
@@ -220,7 +212,7 @@ TEST_P(ArduinoGantryFaults, EndAsDocumented) {
     std::ofstream(settings.port) << "x";
   }
   inject(backend.peer(), what);
-  expect_fault(fault, [&](const Deadline&) { ArduinoGantry{settings}; });
+  expect_stage_fault(fault, [&](const Deadline&) { ArduinoGantry{settings}; });
 }
 
 INSTANTIATE_TEST_SUITE_P(Stages, ArduinoGantryFaults, ::testing::ValuesIn(kArduinoGantryFaults),
@@ -238,8 +230,8 @@ TEST_P(SimulatedStageFaults, EndAsDocumented) {
   const auto soon = [&] { return backend.clock().in(Duration::of(30)); };
   if (state != "homing") stage.home(soon());
   const double before = backend.truth_mm();
-  backend.world().faults.arm("stage", fault.error);
-  expect_fault(fault, [&](const Deadline&) {
+  arm(backend.world().faults, "stage", fault);
+  expect_stage_fault(fault, [&](const Deadline&) {
     if (state == "homing")
       stage.home(soon());
     else if (state == "moving")

@@ -53,6 +53,7 @@ inline constexpr FaultCase kSimulatedLedFaults[] = {
     {"simulated LEDs", "silence", "lighting", kTimeout, "as before"},
     {"simulated LEDs", "garbage", "lighting", kProtocol, "as before"},
     {"simulated LEDs", "refusal", "lighting", kRefused, "as before"},
+    {"simulated LEDs", "clock step", "lighting", kTimeout, "as before"},
     {"simulated LEDs", "unplugged", "lighting", kDisconnected, "gone"},
 };
 

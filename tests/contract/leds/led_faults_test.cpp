@@ -34,7 +34,7 @@ TEST_P(SimulatedLedFaults, EndAsDocumented) {
   TwinLedBackend backend;
   const auto in_time = [&] { return backend.clock().in(Duration::of(1)); };
   backend.leds().set_all(0.5, in_time());
-  backend.world().faults.arm("leds", fault.error);
+  arm(backend.world().faults, "leds", fault);
   expect_fault(fault, [&](const Deadline&) { backend.leds().set_all(0.2, in_time()); });
   EXPECT_NEAR(backend.light(), 0.5, 1e-6);
   if (std::string(fault.after) == "gone") {

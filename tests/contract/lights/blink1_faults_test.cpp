@@ -44,7 +44,7 @@ TEST_P(SimulatedMarkersFaults, EndAsDocumented) {
   MarkerLights& lights = backend.lights();
   const auto in_time = [&] { return backend.clock().in(Duration::of(1)); };
   if (!setting) lights.set(1, in_time());
-  backend.world().faults.arm("markers", fault.error);
+  arm(backend.world().faults, "markers", fault);
   expect_fault(fault, [&](const Deadline&) {
     setting ? lights.set(1, in_time()) : static_cast<void>(lights.state(in_time()));
   });

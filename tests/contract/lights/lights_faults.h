@@ -84,6 +84,7 @@ inline constexpr FaultCase kSimulatedMarkersFaults[] = {
     {"simulated markers", "silence", "setting", kTimeout, "dark"},
     {"simulated markers", "garbage", "setting", kProtocol, "dark"},
     {"simulated markers", "refusal", "setting", kRefused, "dark"},
+    {"simulated markers", "clock step", "setting", kTimeout, "dark"},
     {"simulated markers", "unplugged", "setting", kDisconnected, "gone"},
     {"simulated markers", "silence", "reading", kTimeout, "lit"},
     {"simulated markers", "garbage", "reading", kProtocol, "lit"},

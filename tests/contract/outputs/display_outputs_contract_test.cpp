@@ -204,7 +204,7 @@ TEST_P(SimulatedOutputFaults, EndAsDocumented) {
   const FaultCase& fault = GetParam();
   TwinBackend backend;
   const auto soon = [&] { return backend.clock().in(Duration::of(1)); };
-  shared_world().faults.arm("display outputs", fault.error);
+  arm(shared_world().faults, "display outputs", fault);
   expect_fault(fault, [&](const Deadline&) {
     if (std::string(fault.state) == "enumerating")
       backend.outputs().enumerate(soon());
@@ -244,6 +244,41 @@ TEST_F(XrandrOddities, DisplaysAreKnownByTheirEdid) {
   const auto problems = verify(outputs, backend.wanted());
   ASSERT_EQ(problems.size(), 1U);
   EXPECT_EQ(problems[0].check, "identity");
+}
+
+TEST_F(XrandrOddities, TheWayToTheDisplayIsReadBack) {
+  XBackend backend;
+  const auto look = [&] { return backend.outputs().enumerate(in(2))[0]; };
+  EXPECT_EQ(look().dithering, "") << "this server has no such property";
+  EXPECT_EQ(look().range, "");
+  EXPECT_EQ(look().link_bits_per_channel, 0);
+  for (const char* name : {"dither", "dithering mode"}) {  // the second is read first
+    backend.server().set_choice(name, std::string(name) + " on");
+    EXPECT_EQ(look().dithering, std::string(name) + " on");
+  }
+  backend.server().set_choice("Broadcast RGB", "Limited 16:235");
+  backend.server().set_integers("max bpc", {6});
+  EXPECT_EQ(look().range, "Limited 16:235");
+  EXPECT_EQ(look().link_bits_per_channel, 6);
+  std::vector<std::uint32_t> matrix(18);
+  backend.server().set_integers("CTM", matrix);
+  EXPECT_FALSE(look().has_colour_matrix) << "none is set";
+  matrix[1] = matrix[9] = matrix[17] = 1;
+  backend.server().set_integers("CTM", matrix);
+  EXPECT_FALSE(look().has_colour_matrix);
+  matrix[16] = 0x8000'0000;
+  matrix[17] = 0;  // blue at half
+  backend.server().set_integers("CTM", matrix);
+  EXPECT_TRUE(look().has_colour_matrix);
+  backend.outputs().neutralise(in(2));
+  std::vector<std::string> checks;
+  for (const OutputProblem& p : verify({look()}, backend.wanted())) checks.push_back(p.check);
+  EXPECT_THAT(checks, ::testing::ElementsAre("dithering", "link depth", "range", "colour matrix"));
+  // Of another shape than video drivers give: as if it were not there.
+  backend.server().set_integers("max bpc", {6, 7});
+  backend.server().set_integers("CTM", {1, 2, 3});
+  EXPECT_EQ(look().link_bits_per_channel, 0);
+  EXPECT_FALSE(look().has_colour_matrix);
 }
 
 TEST_F(XrandrOddities, DepthIsOfTheServer) {

@@ -70,6 +70,7 @@ inline constexpr FaultCase kSimulatedStillFaults[] = {
     {"simulated camera", "nonsense", "exposing", DeviceError::Kind::kProtocol, "ready"},
     {"simulated camera", "card full", "exposing", DeviceError::Kind::kRefused, "ready"},
     {"simulated camera", "damaged file", "exposing", DeviceError::Kind::kFault, "ready"},
+    {"simulated camera", "clock step", "exposing", DeviceError::Kind::kTimeout, "ready"},
     {"simulated camera", "unplugged", "exposing", DeviceError::Kind::kDisconnected, "gone"},
 };
 

@@ -314,7 +314,7 @@ TEST_P(SimulatedStillFaults, EndAsDocumented) {
   const FaultCase& fault = GetParam();
   TwinStillBackend b;
   const auto take = [&] { return b.camera().expose(kExposure, b.clock().in(Duration::of(1))); };
-  b.world().faults.arm("camera", fault.error);
+  arm(b.world().faults, "camera", fault);
   expect_fault(fault, [&](const Deadline&) { take(); });
   if (std::string(fault.after) == "gone") {
     EXPECT_EQ(kind_of([&] { take(); }), Kind::kDisconnected);

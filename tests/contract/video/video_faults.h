@@ -56,6 +56,7 @@ inline constexpr FaultCase kSimulatedVideoFaults[] = {
     {"simulated video camera", "refusal", "starting", kRefused, "stopped"},
     {"simulated video camera", "silence", "running", kTimeout, "running"},
     {"simulated video camera", "garbage", "running", kProtocol, "running"},
+    {"simulated video camera", "clock step", "running", kTimeout, "running"},
     {"simulated video camera", "unplugged", "running", kDisconnected, "gone"},
 };
 

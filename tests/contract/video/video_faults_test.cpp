@@ -225,7 +225,7 @@ TEST_P(SimulatedVideoFaults, EndAsDocumented) {
   const auto in_time = [&] { return backend.clock().in(Duration::of(1)); };
   if (state == "starting" || state == "running") configure(camera, in_time());
   if (state == "running") camera.start(in_time());
-  backend.world().faults.arm("video", fault.error);
+  arm(backend.world().faults, "video", fault);
   expect_fault(fault, [&](const Deadline&) {
     if (state == "listing")
       camera.modes(in_time());
