@@ -9,6 +9,7 @@
 #include "apps/commands/common.h"
 #include "apps/stations.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 
@@ -22,14 +23,14 @@ void add_present(CLI::App& app) {
   auto limit = std::make_shared<std::optional<double>>();
   command
       ->add_option("--luminance-limit", *limit,
-                   "refuse frames that could show an eye more, in cd/m^2")
+                   "refuse frames that could show an eye more, in cd/m²")
       ->check(CLI::PositiveNumber);
   command->footer("Example:\n  wheatstone present out/card");
   command->callback([=] {
     const Dataset dataset = open_dataset(*folder);
     const PresentReport r = split_to_drive_frames(dataset);
-    fmt::print("eight frames in {}; {} pixels too bright, {} too dark for the displays\n",
-               dataset.file("drive").string(), r.above_peak_px, r.below_black_px);
+    fmt::print("eight frames in {}; {} too bright, {} too dark for the displays\n",
+               dataset.file("drive").string(), counted(r.above_peak_px, "pixel"), r.below_black_px);
     SimulatedRig twin(twin_of(dataset, *scale));
     Rig rig = twin.rig();
     if (*limit) rig.luminance_limit = Luminance::of(**limit);
