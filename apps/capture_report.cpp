@@ -81,9 +81,12 @@ void verdict(Report& page, const Dataset& dataset, const std::vector<CapturedVie
     steps.push_back({"Find where the camera stood.", "wheatstone calibrate poses " + root});
   if (!merged || !posed)
     steps.push_back({"Make this page again, which then shows them.", "wheatstone report " + root});
-  else if (problems.empty())
-    steps.push_back({"The capture is complete. Find the observer's eyes, then render and present.",
-                     "wheatstone calibrate eyes " + root});
+  else if (!fs::exists(dataset.file("eyes.json")))
+    steps.push_back(
+        {"The poses are there. Find the observer's eyes.", "wheatstone calibrate eyes " + root});
+  else
+    steps.push_back(
+        {"Eyes and poses are there. Render, then present.", "wheatstone render " + root});
   page.steps(steps);
 }
 

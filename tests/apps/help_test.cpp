@@ -2,6 +2,8 @@
 // that are there.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <map>
 #include <regex>
 #include <sstream>
 
@@ -13,11 +15,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string help_of(std::vector<std::string> command) {
-  command.emplace_back("--help");
-  const Outcome outcome = run_program(command);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return outcome.out;
+const std::string& help_of(const std::vector<std::string>& command) {
+  static std::map<std::vector<std::string>, std::string> known;
+  const auto [help, is_new] = known.try_emplace(command);
+  if (is_new) {
+    std::vector<std::string> arguments = command;
+    arguments.emplace_back("--help");
+    const Outcome outcome = run_program(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    help->second = outcome.out;
+  }
+  return help->second;
 }
 
 std::vector<std::string> words_in(const std::string& text) {
@@ -50,7 +58,7 @@ TEST(Help, EveryExampleIsOfOptionsThatAreThere) {
   const auto commands = all_commands();
   EXPECT_GT(commands.size(), 35u);
   for (const std::vector<std::string>& command : commands) {
-    const std::string help = help_of(command);
+    const std::string& help = help_of(command);
     const auto at = help.find("Example");
     ASSERT_NE(at, std::string::npos) << help;
     std::istringstream lines(help.substr(at));
@@ -69,9 +77,11 @@ TEST(Help, EveryExampleIsOfOptionsThatAreThere) {
       }
       ASSERT_GE(shown.size(), command.size()) << line;
       EXPECT_TRUE(std::equal(command.begin(), command.end(), shown.begin())) << line;
-      const std::string options = help_of(shown);
+      const std::string& options = help_of(shown);
       for (const std::string& word : words)
-        if (word.starts_with("--")) EXPECT_THAT(options, HasSubstr("  " + word + " ")) << line;
+        if (word.starts_with("--")) {
+          EXPECT_THAT(options, HasSubstr("  " + word + " ")) << line;
+        }
     }
     EXPECT_GT(examples, 0) << help;
   }
@@ -93,8 +103,9 @@ TEST(Help, SharedFilesOfExamplesAreThere) {
   REQUIRE_SHARED(shared_folder("data"));
   for (const std::vector<std::string>& command : all_commands())
     for (const std::string& word : words_in(help_of(command)))
-      if (const std::string shared = "../shared/"; word.starts_with(shared))
+      if (const std::string shared = "../shared/"; word.starts_with(shared)) {
         EXPECT_TRUE(std::filesystem::exists(shared_folder(word.substr(shared.size())))) << word;
+      }
 }
 
 }  // namespace
