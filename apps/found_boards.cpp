@@ -58,7 +58,7 @@ std::optional<BoardView> view_of(const cv::Mat1b& grey, const fs::path& folder,
                                    const CharucoMarkers& markers) {
   const std::string seen = dictionary_in(read_grey_picture(folder / files[0]));
   throw FileError(folder,
-                  fmt::format("shows {} corners of a board with markers of {} in none of its {}",
+                  fmt::format("shows no {} corners of a board with markers of {} in {}",
                               kMinCorners, markers.dictionary, counted(files.size(), "picture")),
                   seen.empty() || seen == markers.dictionary
                       ? "the markers must be sharp and evenly lit"
@@ -112,8 +112,8 @@ FoundBoards find_boards(const fs::path& folder, const std::string& match, const 
   if (found.views.empty() && markers) throw_no_charuco(folder, files, *markers);
   if (found.views.empty())
     throw FileError(folder,
-                    fmt::format("shows a board of {}x{} inner corners in none of its {}",
-                                board.columns, board.rows, counted(files.size(), "picture")),
+                    fmt::format("shows no board of {}x{} inner corners in {}", board.columns,
+                                board.rows, counted(files.size(), "picture")),
                     "count the inner corners, not the squares, for --board; the whole board must "
                     "be in the picture, sharp and evenly lit");
   return found;

@@ -211,7 +211,9 @@ void add_capture(CLI::App& app) {
   auto* rig = command->add_option("--rig", options->rig, "rig file; without it, the twin");
   for (const char* of_the_twin : {"--scene", "--scale", "--seed"})
     command->get_option(of_the_twin)->excludes(rig);
-  command->add_option("--transcript", options->transcript, "file for what goes over the wires")
+  command
+      ->add_option("--transcript", options->transcript,
+                   "writes what goes over the wires to this file")
       ->needs(rig);
   command->add_option("--chaos", options->chaos,
                       "devices of the twin fail at random, for training: rare or often");

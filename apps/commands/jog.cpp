@@ -236,7 +236,7 @@ void add_jog(CLI::App& app) {
   auto rig = std::make_shared<std::string>();
   auto transcript = std::make_shared<std::string>();
   command->add_option("--rig", *rig, "rig file")->required();
-  command->add_option("--transcript", *transcript, "file for what goes over the wires");
+  command->add_option("--transcript", *transcript, "writes what goes over the wires to this file");
   command->footer(std::string("Commands:\n") + kHelp +
                   "Example:\n  printf 'home\\nstage 50\\nwhere\\n' | wheatstone jog --rig "
                   "rigs/simulated.toml");

@@ -117,7 +117,7 @@ TEST_F(Calibration, BadPicturesAndArguments) {
   write_boards(2);
   expect_refused(calibrate(), {"3 pictures, not 2", "at least 10"});
   expect_refused(calibrate({"--board", "9x6"}),
-                 {"9x6 inner corners in none of its 2 pictures", "count the inner corners"});
+                 {"no board of 9x6 inner corners in 2 pictures", "count the inner corners"});
   expect_refused(calibrate({"--board", "six"}), {"'six' is no chessboard", "as in 9x6"});
   expect_refused(calibrate({"--distortion", "poly3"}),
                  {"'poly3' is no distortion model", "radtan5"});
