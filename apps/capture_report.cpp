@@ -7,6 +7,7 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "apps/capture_figures.h"
 #include "apps/capture_statistics.h"
 #include "apps/capture_verdict.h"
 #include "apps/plot.h"
@@ -17,6 +18,7 @@
 #include "core/journal.h"
 #include "core/json.h"
 #include "core/png.h"
+#include "core/text.h"
 #include "rendering/metrics/false_colour.h"
 
 namespace wheatstone::apps {
@@ -28,18 +30,6 @@ namespace {
 
 constexpr int kThumbnailPx = 360;
 constexpr std::size_t kMostThumbnails = 24;
-
-std::string exposure_name(double s) {
-  return s < 0.4 ? fmt::format("1/{:.4g} s", 1 / s) : fmt::format("{:.4g} s", s);
-}
-
-/// Ticks of a logarithmic axis.
-std::vector<double> decades(double lowest, double highest) {
-  std::vector<double> out;
-  for (double d = std::floor(std::log10(lowest)); d <= std::ceil(std::log10(highest)); ++d)
-    out.push_back(std::pow(10.0, d));
-  return out;
-}
 
 cv::Mat3b thumbnail(const cv::Mat3b& picture) {
   const double scale = std::min(1.0, static_cast<double>(kThumbnailPx) / picture.cols);
@@ -65,10 +55,39 @@ double quantile(std::vector<float> values, double share) {
   return *at;
 }
 
-void verdict(Report& page, const std::vector<std::string>& problems) {
+/// What is wrong, and what to do about it and next.
+void verdict(Report& page, const Dataset& dataset, const std::vector<CapturedView>& views,
+             const std::vector<CaptureProblem>& problems) {
   page.heading("Verdict");
-  if (problems.empty()) page.paragraph("Nothing is wrong with what has been made so far.");
-  for (const std::string& problem : problems) page.paragraph(problem);
+  std::vector<std::string> lines;
+  std::vector<Report::Step> steps;
+  for (const CaptureProblem& p : problems) {
+    lines.push_back(p.what);
+    if (!p.remedy.empty()) steps.push_back({p.remedy, p.command});
+  }
+  if (problems.empty())
+    page.verdict(true, "Nothing is wrong with what has been made so far.");
+  else
+    page.verdict(false, counted(problems.size(), "problem"), lines);
+
+  page.heading("What to do");
+  const std::string root = dataset.root().string();
+  const bool merged = std::any_of(views.begin(), views.end(), [&](const CapturedView& v) {
+    return fs::exists(dataset.file("hdr/" + v.name + ".exr"));
+  });
+  const bool posed = fs::exists(dataset.file("pose_report.json"));
+  if (!merged) steps.push_back({"Merge the exposures of every view.", "wheatstone merge " + root});
+  if (!posed)
+    steps.push_back({"Find where the camera stood.", "wheatstone calibrate poses " + root});
+  if (!merged || !posed)
+    steps.push_back({"Make this page again, which then shows them.", "wheatstone report " + root});
+  else if (!fs::exists(dataset.file("eyes.json")))
+    steps.push_back(
+        {"The poses are there. Find the observer's eyes.", "wheatstone calibrate eyes " + root});
+  else
+    steps.push_back(
+        {"Eyes and poses are there. Render, then present.", "wheatstone render " + root});
+  page.steps(steps);
 }
 
 void session(Report& page, const Dataset& dataset, const DatasetManifest& manifest) {
@@ -97,17 +116,18 @@ void session(Report& page, const Dataset& dataset, const DatasetManifest& manife
   std::string exposures;
   for (const double t : plan.value("exposures_s", std::vector<double>()))
     exposures += (exposures.empty() ? "" : ", ") + exposure_name(t);
-  page.table({"session", ""}, {{"rig", manifest.source},
-                               {"scene", manifest.scene},
-                               {"began, ended (UTC)", first + ", " + last},
-                               {"views", fmt::format("{}", plan.value("views", 0))},
-                               {"exposures", exposures},
-                               {"frames recorded", fmt::format("{}", count["frame"])},
-                               {"resumed", fmt::format("{} times", count["resumed"])}});
+  page.facts({{"rig", manifest.source},
+              {"scene", manifest.scene},
+              {"began", first},
+              {"ended", last},
+              {"views", fmt::format("{}", plan.value("views", 0))},
+              {"exposures", exposures},
+              {"frames recorded", fmt::format("{}", count["frame"])},
+              {"resumed", counted(count["resumed"], "time")}});
   if (disturbances.empty())
     page.paragraph("Nothing disturbed it.");
   else
-    page.table({"when (UTC)", "what", "why"}, disturbances);
+    page.table({"when (UTC)", "what", "why"}, disturbances, Report::Cells::kWords);
   if (returned.contains("seen_mm"))
     page.paragraph(
         fmt::format("Back at the first position, reached from the other side: {:+.3f} mm by the "
@@ -128,165 +148,107 @@ std::vector<float> thumbnails(Report& page, const Dataset& dataset,
     RgbImage image;
     cv::Mat1b saturated;
   };
-  std::vector<Merged> merged;
+  std::vector<Merged> shown;
+  std::size_t merged = 0;
   for (const CapturedView& view : views) {
     const fs::path file = dataset.file("hdr/" + view.name + ".exr");
     if (!fs::exists(file)) continue;
+    ++merged;
     const RgbImage image = read_exr(file);
     const ScalarImage y = luminance_cd_m2(image);
     for (int r = 0; r < y.height(); r += 4)
       for (int c = 0; c < y.width(); c += 4) light.push_back(y.pixels(r, c));
-    if (merged.size() < kMostThumbnails)
-      merged.push_back({&view, image, merged_trust(file).saturated});
+    if (shown.size() < kMostThumbnails)
+      shown.push_back({&view, image, merged_trust(file).saturated});
   }
-  if (merged.empty()) {
-    page.paragraph("Not merged yet: run wheatstone merge on this folder.");
+  if (merged == 0) {
+    page.paragraph("Not merged yet.");
     return light;
   }
   const double white = std::max(quantile(light, 0.995), 1e-3);
   page.paragraph(fmt::format(
-      "{} of {} views are merged{}. White in the pictures is {:.4g} cd/m^2, which 99.5 % of all "
-      "pixels do not exceed; the same in every picture. Cyan is saturated even in the shortest "
-      "exposure.",
-      light.empty() ? 0
-                    : std::count_if(views.begin(), views.end(),
-                                    [&](const CapturedView& v) {
-                                      return fs::exists(dataset.file("hdr/" + v.name + ".exr"));
-                                    }),
-      views.size(),
-      views.size() > kMostThumbnails ? fmt::format(", the first {} are shown", kMostThumbnails)
-                                     : "",
-      white));
+      "{} of {} {} merged{}. White is {:.4g} cd/m² in every picture, which 99.5 % of all pixels do "
+      "not exceed. Cyan is saturated even in the shortest exposure. Ranges are of 0.1 to 99.9 % of "
+      "a view's pixels.",
+      merged, counted(views.size(), "view"), views.size() == 1 ? "is" : "are",
+      merged > shown.size() ? fmt::format(", the first {} are shown", shown.size()) : "", white));
   std::vector<Report::Picture> row;
-  for (const auto& [view, image, saturated] : merged) {
+  for (const auto& [view, image, saturated] : shown) {
     std::vector<float> y;
     const ScalarImage luminance = luminance_cd_m2(image);
     for (const float v : luminance.pixels) y.push_back(v);
     row.push_back(
         {thumbnail(marked(to_srgb8(image, white), saturated)),
-         fmt::format(
-             "{} at {:.2f} mm: {:.3g} to {:.4g} cd/m^2 (0.1 to 99.9 %), median {:.3g} cd/m^2",
-             view->name, view->reached_mm, quantile(y, 0.001), quantile(y, 0.999),
-             quantile(y, 0.5))});
+         fmt::format("{} at {:.2f} mm: {:.3g} to {:.4g} cd/m², median {:.3g}", view->name,
+                     view->reached_mm, quantile(y, 0.001), quantile(y, 0.999), quantile(y, 0.5))});
   }
   page.pictures(row);
   return light;
 }
 
-/// Which light each exposure measures, above how much light there is.
 void exposure_ladder(Report& page, const CameraProfile& camera,
                      const std::vector<ExposureRecord>& exposures,
                      const std::vector<float>& light) {
   page.heading("Exposure ladder");
-  const double green_per_cd_m2 = camera.camera_from_bt709.row(1).sum() * camera.dn_per_cd_m2_s;
-  double lowest = 1e9, highest = 0;
-  std::vector<std::pair<double, double>> ends;
-  for (const ExposureRecord& e : exposures) {
-    const double least_dn = least_signal_dn(camera), most_dn = camera.white_dn - camera.black_dn;
-    ends.emplace_back(least_dn / (green_per_cd_m2 * e.exposure_s),
-                      most_dn / (green_per_cd_m2 * e.exposure_s));
-    lowest = std::min(lowest, ends.back().first);
-    highest = std::max(highest, ends.back().second);
-  }
-  const PlotAxis x = {"luminance of white light (cd/m^2)",
-                      true,
-                      {{lowest / 2, highest * 2}},
-                      decades(lowest, highest)};
-  std::vector<double> times;
-  for (const ExposureRecord& e : exposures) times.push_back(e.exposure_s);
-  const auto [shortest, longest] = std::minmax_element(times.begin(), times.end());
-  Plot ladder(
-      "What each exposure measures", x,
-      {"exposure time (s)", true, {{*shortest / 2, *longest * 2}}, decades(*shortest, *longest)});
-  for (std::size_t i = 0; i < exposures.size(); ++i)
-    ladder.line(exposure_name(exposures[i].exposure_s), {ends[i].first, ends[i].second},
-                {exposures[i].exposure_s, exposures[i].exposure_s});
-  std::vector<Plot> panels = {ladder};
-  if (!light.empty()) {
-    std::vector<double> centres, shares;
-    for (double at = lowest / 2; at < highest * 2; at *= std::sqrt(2.0)) {
-      const auto n = std::count_if(light.begin(), light.end(),
-                                   [at](float v) { return v >= at && v < at * std::sqrt(2.0); });
-      centres.push_back(at * std::pow(2.0, 0.25));
-      shares.push_back(100.0 * static_cast<double>(n) / static_cast<double>(light.size()));
-    }
-    Plot histogram("What there is", x, {"pixels per half stop (%)"});
-    histogram.line("all views", centres, shares);
-    histogram.hide_legend();
-    panels.push_back(histogram);
-  }
-  page.plot(svg_of(panels, 2),
-            "Left: from the light whose signal is twice its noise to saturation, green photosites. "
-            "Right: the merged light of all views.");
+  page.plot(svg_of(exposure_ladder_figure(camera, exposures, light), 2),
+            std::string("Left: from the light whose signal is twice its noise to saturation, green "
+                        "photosites. Right: ") +
+                (light.empty() ? "the light of all views, once they are merged."
+                               : "the merged light of all views."));
 }
 
 std::string percent(double share) {
-  return share == 0 ? "0" : share < 1e-4 ? "< 0.01 %" : fmt::format("{:.2f} %", 100 * share);
+  return share == 0 ? "0" : share < 1e-4 ? "< 0.01" : fmt::format("{:.2f}", 100 * share);
 }
 
-void clipping(Report& page, const CameraProfile& camera, const std::vector<ViewStatistics>& views,
-              const std::vector<ExposureRecord>& exposures) {
+/// Of one exposure: the median view's share and the worst one's, with its name.
+std::vector<std::string> median_and_worst(const std::vector<ViewStatistics>& views,
+                                          std::size_t exposure, double FrameStatistics::*share) {
+  std::vector<std::pair<double, std::string>> shares;
+  for (const ViewStatistics& view : views)
+    if (exposure < view.frames.size()) shares.emplace_back(view.frames[exposure].*share, view.name);
+  std::stable_sort(shares.begin(), shares.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto& [worst, name] = shares.back();
+  return {percent(shares[shares.size() / 2].first), percent(worst), worst > 0 ? name : "none"};
+}
+
+void clipping(Report& page, const CameraProfile& camera, const std::vector<CapturedView>& views,
+              const std::vector<ViewStatistics>& statistics) {
   page.heading("Raw codes and clipping");
-  std::vector<std::string> header = {"view"};
-  for (const ExposureRecord& e : exposures) {
-    header.push_back(exposure_name(e.exposure_s) + " saturated");
-    header.push_back("in the noise");
-  }
   std::vector<std::vector<std::string>> rows;
-  for (const ViewStatistics& view : views) {
-    rows.push_back({view.name});
-    for (const FrameStatistics& frame : view.frames) {
-      rows.back().push_back(percent(frame.saturated));
-      rows.back().push_back(percent(frame.in_the_noise));
-    }
+  const std::vector<ExposureRecord>& exposures = views.front().exposures;
+  for (std::size_t e = 0; e < exposures.size(); ++e) {
+    rows.push_back({exposure_name(exposures[e].exposure_s)});
+    for (const auto share : {&FrameStatistics::saturated, &FrameStatistics::in_the_noise})
+      for (const std::string& cell : median_and_worst(statistics, e, share))
+        rows.back().push_back(cell);
   }
-  page.table(header, rows);
-  const ViewStatistics& middle = views[views.size() / 2];
-  const double full = camera.white_dn - camera.black_dn;
-  const double tick = std::max(1.0, std::pow(2.0, std::floor(std::log2(full / 3))));
-  std::vector<double> ticks;
-  for (double t = 0; t <= full; t += tick) ticks.push_back(t);
-  Plot plot("Raw codes of " + middle.name, {"code above black (DN)", false, {{0, full}}, ticks},
-            {"photosites (%)", true, {{1e-3, 100}}, decades(1e-3, 100)});
-  for (std::size_t i = 0; i < middle.frames.size(); ++i) {
-    std::vector<double> x, y;
-    for (std::size_t bin = 0; bin < middle.frames[i].histogram.size(); ++bin) {
-      if (middle.frames[i].histogram[bin] <= 1e-5) continue;
-      x.push_back((static_cast<double>(bin) + 0.5) * middle.frames[i].bin_dn);
-      y.push_back(100 * middle.frames[i].histogram[bin]);
-    }
-    if (!x.empty()) plot.line(exposure_name(exposures[i].exposure_s), x, y);
-  }
-  page.plot(
-      svg_of({plot}),
-      "Saturated: the code is that of full light. In the noise: the signal is below twice its "
-      "standard deviation by the camera's noise model.");
+  page.table({"exposure", "saturated, median view (%)", "worst view (%)", "which",
+              "in the noise, median view (%)", "worst view (%)", "which"},
+             rows);
+  page.plot(svg_of(clipping_figure(views, statistics), 2),
+            "Saturated: the code is that of full light. In the noise: the signal is below twice "
+            "its standard deviation by the camera's noise model.");
+  const std::size_t middle = views.size() / 2;
+  page.plot(svg_of({codes_figure(camera, views[middle], statistics[middle])}),
+            "How often each code occurs in the middle view.");
 }
 
 void noise(Report& page, const std::vector<ViewStatistics>& views) {
   page.heading("Noise against the model");
-  std::vector<double> x, y;
   const ViewStatistics& middle = views[views.size() / 2];
-  for (const NoiseLevel& level : middle.noise) {
-    x.push_back(level.signal_dn);
-    y.push_back(level.measured_over_model);
-  }
-  if (x.size() < 2) {
+  if (middle.noise.size() < 2) {
     page.paragraph(
         "One exposure, or too few photosites that two exposures measure: nothing to compare.");
     return;
   }
-  Plot plot("Noise of " + middle.name,
-            {"signal of the longer exposure (DN)", true, {}, decades(x.front(), x.back())},
-            {"measured / model"});
-  plot.points("neighbouring exposures", x, y);
-  plot.line("model", {x.front(), x.back()}, {1, 1});
-  page.plot(
-      svg_of({plot}),
-      "Photosites that are unsaturated in two neighbouring exposures: the spread of the "
-      "difference of their two measurements of the same light, over the one that the noise "
-      "model predicts. Above 1 the camera is noisier than its profile says, or the light or the "
-      "exposure times differ from what is recorded.");
+  page.plot(svg_of({noise_figure(middle)}),
+            "Photosites that are unsaturated in two neighbouring exposures: the spread of the "
+            "difference of their two measurements of the same light, over the one that the noise "
+            "model predicts, with 95 % intervals. Above 1 the camera is noisier than its profile "
+            "says, or the light or the exposure times differ from what is recorded. Signals of a "
+            "few DN scatter more than their intervals say, because codes are whole numbers.");
 }
 
 void deviations(Report& page, const Dataset& dataset, const std::vector<CapturedView>& views) {
@@ -313,7 +275,7 @@ void poses(Report& page, const Dataset& dataset) {
   page.heading("Poses and rail");
   const fs::path file = dataset.file("pose_report.json");
   if (!fs::exists(file)) {
-    page.paragraph("Not calibrated yet: run wheatstone calibrate poses on this folder.");
+    page.paragraph("Not calibrated yet.");
     return;
   }
   const json report = read_json(file, "wheatstone-pose-report/1");
@@ -339,7 +301,8 @@ void poses(Report& page, const Dataset& dataset) {
   page.paragraph(fmt::format("Reprojection of the markers: {:.3f} px RMS over all views.",
                              report.at("rms_px").get<double>()));
   if (!residuals.empty())
-    page.residual_plot(residuals, 0.1, "Residuals of the markers in the marker frames");
+    page.residual_plot(residuals,
+                       "Residuals of the markers in the marker frames, predicted minus seen");
   page.table({"view", "reprojection RMS (px)", "uncertainty on the near plane (px)",
               "uncertainty of the place (mm)"},
              rows);
@@ -347,7 +310,7 @@ void poses(Report& page, const Dataset& dataset) {
     page.plot(
         read_text(dataset.file("rail.svg")),
         "Where each view stands, from its own markers alone, against a straight rail and even "
-        "steps.");
+        "steps (the rail's scale taken out).");
 }
 
 }  // namespace
@@ -365,11 +328,11 @@ void write_capture_report(const Dataset& dataset, const fs::path& page_file) {
   for (const CapturedView& view : views)
     statistics.push_back(view_statistics(dataset, view, camera));
   Report page("Capture " + dataset.root().filename().string());
-  verdict(page, capture_problems(dataset, views, statistics));
+  verdict(page, dataset, views, capture_problems(dataset, views, statistics));
   session(page, dataset, manifest);
   const std::vector<float> light = thumbnails(page, dataset, views);
   exposure_ladder(page, camera, views.front().exposures, light);
-  clipping(page, camera, statistics, views.front().exposures);
+  clipping(page, camera, views, statistics);
   noise(page, statistics);
   deviations(page, dataset, views);
   poses(page, dataset);

@@ -67,7 +67,9 @@ std::vector<NoiseLevel> noise_levels(const MosaicImage& shorter, double t_short,
     if (r.size() < kFewest) continue;
     const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
     std::nth_element(r.begin(), middle, r.end());
-    out.push_back({sums[level] / static_cast<double>(r.size()), *middle / 0.6745});
+    const double n = static_cast<double>(r.size()), ratio = *middle / 0.6745;
+    // The median of |N(0, 1)| varies by 1 / (2 p sqrt(n)), where p = 0.6356 is its density there.
+    out.push_back({sums[level] / n, ratio, 1.166 * ratio / std::sqrt(n)});
   }
   return out;
 }

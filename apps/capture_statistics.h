@@ -20,6 +20,7 @@ struct FrameStatistics {
 struct NoiseLevel {
   double signal_dn = 0;  // above black, in the longer one of two exposures
   double measured_over_model = 0;
+  double sigma = 0;  // standard deviation of measured_over_model
 };
 
 struct ViewStatistics {

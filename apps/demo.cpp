@@ -46,9 +46,10 @@ std::string explain(const std::string& scene) {
          "failure; a lumigraph or multi-plane image would need the depth that it lacks.";
 }
 
-// Everything of one scene on the simulated rig; adds to report and summary.
-void demo_scene(const std::string& scene, const DemoOptions& options, Report& report, json& summary,
-                const Progress& progress) {
+// Everything of one scene on the simulated rig; adds to report and summary. Returns its row of the
+// overview.
+std::vector<std::string> demo_scene(const std::string& scene, const DemoOptions& options,
+                                    Report& report, json& summary, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   const Dataset dataset(options.out / scene);
   std::filesystem::remove_all(dataset.root());
@@ -103,8 +104,7 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
 
   report.heading("Scene: " + scene);
   report.paragraph(explain(scene));
-  report.table({"figure", "value"},
-               {{"PU21-PSNR at the left / right eye",
+  report.facts({{"PU21-PSNR at the left / right eye",
                  fmt::format("{:.2f} / {:.2f} dB", checks[0].pu21_psnr_db, checks[1].pu21_psnr_db)},
                 {"PU21-SSIM at the left / right eye",
                  fmt::format("{:.4f} / {:.4f}", checks[0].pu21_ssim, checks[1].pu21_ssim)},
@@ -122,18 +122,23 @@ void demo_scene(const std::string& scene, const DemoOptions& options, Report& re
     const std::string eye = check == &checks[0] ? "Left eye" : "Right eye";
     report.pictures(
         {{to_srgb8(check->displays, kPictureWhiteCdM2),
-          eye + ": the driven displays (white = 450 cd/m2)"},
+          eye + ": the driven displays (white = 450 cd/m²)"},
          {to_srgb8(check->box, kPictureWhiteCdM2), eye + ": the real box"},
          {false_colour_difference(check->difference_pu, 50, "PU21 units"), eye + ": difference"}});
   }
   std::vector<Eigen::Vector2d> led_residuals;
   for (const auto& view : poses.residuals_px)
     led_residuals.insert(led_residuals.end(), view.begin(), view.end());
-  report.residual_plot(led_residuals, 0.05, "marker LEDs, all views: predicted minus seen");
+  report.residual_plot(led_residuals, "Marker LEDs, all views: predicted minus seen");
   std::vector<Eigen::Vector2d> eye_residuals;
   for (const EyeDisplayCalibration& e : eyes)
     eye_residuals.insert(eye_residuals.end(), e.residuals_px.begin(), e.residuals_px.end());
-  report.residual_plot(eye_residuals, 0.1, "eye alignment, all displays: predicted minus aligned");
+  report.residual_plot(eye_residuals, "Eye alignment, all displays: predicted minus aligned");
+  const auto both = [&](double EyeCheck::*value) {
+    return fmt::format("{:.2f} / {:.2f}", checks[0].*value, checks[1].*value);
+  };
+  return {scene, both(&EyeCheck::pu21_psnr_db), both(&EyeCheck::hdrvdp3_jod),
+          fmt::format("{:.4f}", centre_rms_mm), fmt::format("{:.3f}", eye_rms_px)};
 }
 
 void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, Report& report,
@@ -167,11 +172,12 @@ void demo_stereo(const std::filesystem::path& data, const DemoOptions& options, 
     const RgbImage wanted = resample_pinhole(view, k);
     const double psnr = pu21_psnr_rgb(seen, wanted);
     figures["pu21_psnr_" + view.name] = figure(psnr, "dB");
-    report.pictures({{to_srgb8(seen, 300),
-                      fmt::format("{} eye: the driven displays, {:.2f} dB", view.name, psnr)},
-                     {to_srgb8(wanted, 300), view.name + " eye: the imported frame"},
-                     {false_colour_difference(pu21_difference(seen, wanted), 50, "PU21 units"),
-                      view.name + " eye: difference"}});
+    const std::string name = eye == Eye::kLeft ? "Left" : "Right";
+    report.pictures(
+        {{to_srgb8(seen, 300), fmt::format("{} eye: the driven displays, {:.2f} dB", name, psnr)},
+         {to_srgb8(wanted, 300), name + " eye: the imported frame"},
+         {false_colour_difference(pu21_difference(seen, wanted), 50, "PU21 units"),
+          name + " eye: difference"}});
   }
 }
 
@@ -192,15 +198,15 @@ void demo_left_out(const std::string& name, const std::filesystem::path& input,
   report.paragraph(line + fmt::format(". View {} was left out and rendered from the others, focal "
                                       "plane at {:.0f} mm, found by the agreement of the views.",
                                       view, r.focal_distance_mm));
-  report.table({"answer", "PSNR (8-bit sRGB)"},
-               {{"DRLF", fmt::format("{:.2f} dB", r.psnr_drlf_db)},
-                {"nearest view (" + r.nearest + ")", fmt::format("{:.2f} dB", r.psnr_nearest_db)},
-                {"plain average with " + r.second, fmt::format("{:.2f} dB", r.psnr_average_db)}});
+  report.table({"answer", "PSNR of 8-bit sRGB (dB)"},
+               {{"DRLF", fmt::format("{:.2f}", r.psnr_drlf_db)},
+                {"nearest view (" + r.nearest + ")", fmt::format("{:.2f}", r.psnr_nearest_db)},
+                {"plain average with " + r.second, fmt::format("{:.2f}", r.psnr_average_db)}});
   report.pictures(
-      {{to_srgb8(r.rendered, 100), "rendered"},
-       {to_srgb8(r.reference, 100), "the photograph that was left out"},
+      {{to_srgb8(r.rendered, 100), "Rendered"},
+       {to_srgb8(r.reference, 100), "The photograph that was left out"},
        {false_colour_difference(pu21_difference(r.rendered, r.reference), 50, "PU21 units"),
-        "difference"}});
+        "Difference"}});
 }
 
 }  // namespace
@@ -218,20 +224,30 @@ void run_demo(const DemoOptions& options, const Progress& progress) {
   json summary;
   summary["seed"] = options.seed;
   summary["scale"] = options.scale;
+  Report details("");
+  std::vector<std::vector<std::string>> overview;
   for (const std::string& scene : options.scenes)
-    demo_scene(scene, options, report, summary, progress);
+    overview.push_back(demo_scene(scene, options, details, summary, progress));
+  report.heading("How near the displays come to the box");
+  report.table({"scene", "PU21-PSNR left / right (dB)", "HDR-VDP-3 left / right (JOD)",
+                "camera centres off by (mm)", "eyes off by (px)"},
+               overview);
+  report.paragraph(
+      "10 JOD is no visible difference. The last two columns are root mean squares: of the "
+      "calibrated camera against the twin's truth, and of the worst display's alignment.");
   if (options.real_data) {
     progress("real input", 0, 2);
-    demo_stereo(*options.real_data, options, report, summary);
+    demo_stereo(*options.real_data, options, details, summary);
     progress("real input", 1, 2);
     demo_left_out("lightfield_shop", *options.real_data / "lightfield_shop",
-                  "shop_13_13_-0.000000_0.000000_30_36", options, report, summary);
+                  "shop_13_13_-0.000000_0.000000_30_36", options, details, summary);
     progress("real input", 2, 2);
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   summary["duration"] = figure(seconds_since(start), "s");
   summary["peak_memory"] = figure(usage.ru_maxrss / 1048576.0, "GiB");
+  report.append(details);
   report.write(options.out / "report.html");
   write_json(options.out / "summary.json", "wheatstone-summary/1", summary);
 }

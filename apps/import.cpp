@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "core/units.h"
 
 namespace wheatstone::apps {
@@ -24,8 +25,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kWidestDeg = 170;  // a flat picture of more has hardly any pixels in the middle
+
 bool has_colmap(const fs::path& folder) {
   return fs::exists(folder / "cameras.txt") || fs::exists(folder / "cameras.bin");
+}
+
+/// The list of poses in a folder: of other programs and merged captures poses.json, else what a
+/// dataset renders from.
+fs::path poses_file(const fs::path& folder) {
+  for (const char* name : {"poses.json", "views.json"})
+    if (fs::exists(folder / name)) return folder / name;
+  return folder / "poses.json";
 }
 
 std::string guess_format(const fs::path& input) {
@@ -36,10 +47,13 @@ std::string guess_format(const fs::path& input) {
       return input.filename().string().starts_with("transforms") ? "nerf" : "poses";
   } else {
     if (has_colmap(input) || has_colmap(input / "colmap")) return "colmap";
-    if (fs::exists(input / "poses.json")) return "poses";
+    if (fs::exists(poses_file(input))) return "poses";
     if (fs::exists(input / "transforms.json")) return "nerf";
     if (fs::exists(input / "poses_bounds.npy")) return "llff";
     if (fs::exists(input / "config.cfg")) return "light-field-renderer";
+    if (fs::exists(input / "dataset.json"))
+      throw FileError(input, "is a capture without poses",
+                      "run `wheatstone merge` and `wheatstone calibrate poses` on it first");
   }
   throw FileError(input, "states no poses in a form this program knows",
                   std::string("add a poses.json with \"schema\": \"") + kPosesSchema +
@@ -49,15 +63,18 @@ std::string guess_format(const fs::path& input) {
 std::string import_views(const std::vector<ImportedView>& listed, const Dataset& dataset,
                          const ImportOptions& options, const std::string& note) {
   std::vector<LightFieldView> views;
+  bool some_exr = false;
   for (const ImportedView& v : listed) {
     if (v.path.empty()) continue;
+    some_exr = some_exr || v.path.extension() == ".exr";
     views.push_back(load_view(v, options.white_cd_m2));
     views.back().name = v.path.stem().string();
   }
   if (views.empty())
     throw ArgumentError("none of the posed pictures is there", "put the pictures beside the poses");
   store_light_field(dataset, views);
-  return fmt::format("{} posed views, full white = {} cd/m2{}", views.size(), options.white_cd_m2,
+  return fmt::format("{}, full white = {} cd/m²{}{}", counted(views.size(), "posed view"),
+                     options.white_cd_m2, some_exr ? " (EXR: where the file does not say)" : "",
                      note);
 }
 
@@ -67,9 +84,9 @@ std::string verified(const fs::path& file, const std::vector<ImportedView>& view
   if (points.empty())
     return fmt::format(", poses {} (not verified: the input holds no known points)",
                        to_string(convention));
-  return fmt::format(", poses {}, median reprojection error {:.2f} px of {} known points",
-                     to_string(convention), require_convention(file, views, points, convention),
-                     points.size());
+  return fmt::format(", poses {}, median reprojection error {:.2f} px of {}", to_string(convention),
+                     require_convention(file, views, points, convention),
+                     counted(points.size(), "known point"));
 }
 
 /// A folder that goes again if nothing was put into it.
@@ -94,14 +111,35 @@ class NewFolder {
 std::string not_there(const std::vector<std::string>& files) {
   if (files.empty()) return "";
   constexpr std::size_t kNamed = 8;
-  return fmt::format(", {} posed pictures are not there: {}{}", files.size(),
+  return fmt::format(", not there: {}: {}{}", counted(files.size(), "posed picture"),
                      fmt::join(files.begin(), files.begin() + std::min(files.size(), kNamed), ", "),
                      files.size() > kNamed ? ", ..." : "");
+}
+
+void require_legal(const ImportOptions& options) {
+  if (!(options.hfov_deg > 0 && options.hfov_deg < kWidestDeg))
+    throw ArgumentError(
+        fmt::format("--hfov-deg is {}, outside 0 to {} degrees", options.hfov_deg, kWidestDeg),
+        "give the angle that the width of the stereo frame spans, as the program that rendered it "
+        "states it; 13.2 if it is not given");
+  if (!(options.white_cd_m2 > 0) || !std::isfinite(options.white_cd_m2))
+    throw ArgumentError(fmt::format("--white-cd-m2 is {}", options.white_cd_m2),
+                        "give the luminance of full white in cd/m², above 0; 100 is a usual "
+                        "monitor's");
+  if (!(options.mm_per_unit >= 0) || !std::isfinite(options.mm_per_unit))
+    throw ArgumentError(fmt::format("--mm-per-unit is {}", options.mm_per_unit),
+                        "give the length of the input's unit in mm, above 0, as in 1000 for "
+                        "metres; 0 chooses it");
 }
 
 std::string import_stereo(const fs::path& input, const Dataset& dataset,
                           const ImportOptions& options, double& mm_per_unit) {
   const std::vector<ExrView> exr = read_exr_views(input);
+  if (exr.size() == 1 && !exr[0].channels.contains("Z"))
+    throw FileError(input, "is one picture without pose or depth",
+                    "import the folder whose poses.json or views.json says where it was taken "
+                    "from, as merge, calibrate and import leave it, or render a multi-view EXR "
+                    "with the views left and right and their depth Z");
   const StereoRgbd frame = stereo_rgbd(exr, input);
   std::vector<float> depths;
   for (const EyeRgbd* e : {&frame.left, &frame.right})
@@ -136,7 +174,7 @@ std::string import_stereo(const fs::path& input, const Dataset& dataset,
   }
   store_light_field(dataset, views);
   return fmt::format(
-      "stereo frame {}x{}, value 1 = {} cd/m2, {:.4g} mm per depth unit (median depth {:.0f} mm), "
+      "stereo frame {}x{}, value 1 = {} cd/m², {:.4g} mm per depth unit (median depth {:.0f} mm), "
       "{} deg wide",
       width, height, options.white_cd_m2, mm_per_unit, median * mm_per_unit, options.hfov_deg);
 }
@@ -145,10 +183,7 @@ std::string import_stereo(const fs::path& input, const Dataset& dataset,
 
 std::string import_input(const fs::path& input, const Dataset& dataset,
                          const ImportOptions& options) {
-  if (!(options.white_cd_m2 > 0) || !(options.hfov_deg > 0) || options.hfov_deg >= 170 ||
-      !(options.mm_per_unit >= 0))
-    throw ArgumentError("white, field of view and scale must be positive numbers",
-                        "see `wheatstone import --help`");
+  require_legal(options);
   const std::string format = options.format == "auto" ? guess_format(input) : options.format;
   std::optional<PoseConvention> convention;
   if (!options.convention.empty()) {
@@ -182,7 +217,7 @@ std::string import_input(const fs::path& input, const Dataset& dataset,
     } else if (format == "light-field-renderer") {
       line = import_views(read_light_field_folder(input), dataset, options, "");
     } else if (format == "poses") {
-      line = import_views(read_poses_json(fs::is_directory(input) ? input / "poses.json" : input),
+      line = import_views(read_poses_json(fs::is_directory(input) ? poses_file(input) : input),
                           dataset, options, "");
     } else {
       throw ArgumentError(

@@ -64,8 +64,8 @@ RgbImage read_light(const std::filesystem::path& path, const LightOptions& optio
                    : *format == Format::kPfm ? read_pfm(path)
                                              : read_radiance_hdr(path);
   if (!scale)
-    throw FileError(path, "does not say what its values are in cd/m2",
-                    "give --absolute if they are cd/m2, or --peak-cd-m2, the light of value 1");
+    throw FileError(path, "does not say what its values are in cd/m²",
+                    "give --absolute if they are cd/m², or --peak-cd-m2, the light of value 1");
   return scale->light(std::move(image));
 }
 

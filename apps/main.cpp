@@ -23,7 +23,14 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& e) {
-    return app.exit(e);
+    // CLI11 misses a subcommand before it says that a word is none.
+    const std::vector<std::string> unknown = app.remaining(true);
+    if (e.get_name() != "RequiredError" || unknown.empty() ||
+        std::string(e.what()).find("subcommand") == std::string::npos)
+      return app.exit(e);
+    std::fputs(fmt::format("wheatstone: '{}' is no subcommand; see --help\n", unknown[0]).c_str(),
+               stderr);
+    return e.get_exit_code();
   } catch (const std::exception& e) {
     std::fputs(fmt::format("wheatstone: {}\n", e.what()).c_str(), stderr);  // which may be closed
     return 1;

@@ -9,6 +9,7 @@
 #include "apps/report.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -16,8 +17,31 @@ namespace {
 // M. Okabe and K. Ito's colours, which stay apart for colour-blind readers.
 constexpr std::array kColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                  "#e69f00", "#56b4e9", "#000000"};
+// From short to long, for more names than that: no two alike, and neighbours differ in their
+// dashes.
+constexpr std::array<std::array<double, 3>, 6> kRamp = {
+    {{58, 20, 92}, {38, 98, 190}, {0, 148, 130}, {120, 150, 20}, {224, 130, 0}, {168, 20, 40}}};
 constexpr double kPanelWidth_px = 460, kPanelHeight_px = 340;
-constexpr double kLeft_px = 62, kRight_px = 16, kTop_px = 30, kBottom_px = 48;
+constexpr double kLeastLeft_px = 62, kRight_px = 16, kTop_px = 30, kBottom_px = 48;
+constexpr double kLegendRow_px = 16;
+
+/// How the lines and points of one name look.
+struct Look {
+  std::string colour, dashes;
+};
+
+Look look_of(std::size_t index, std::size_t count) {
+  if (count <= kColours.size()) return {kColours[index], ""};
+  const double at = static_cast<double>(index) / static_cast<double>(count - 1) *
+                    static_cast<double>(kRamp.size() - 1);
+  const std::size_t from = std::min(static_cast<std::size_t>(at), kRamp.size() - 2);
+  const double share = at - static_cast<double>(from);
+  std::string colour = "#";
+  for (std::size_t c = 0; c < 3; ++c)
+    colour += fmt::format("{:02x}",
+                          std::lround((1 - share) * kRamp[from][c] + share * kRamp[from + 1][c]));
+  return {colour, index % 2 == 1 ? " stroke-dasharray=\"6 3\"" : ""};
+}
 
 std::string text(double x, double y, const std::string& anchor, const std::string& content,
                  const std::string& more = "") {
@@ -140,7 +164,7 @@ std::string Plot::svg(double width_px, double height_px) const {
   const std::vector<std::string> all = names();
   double legend_px = 0;  // by about the width of the longest name
   for (const std::string& name : all)
-    if (legend_) legend_px = std::max(legend_px, 24 + 6.5 * static_cast<double>(name.size()));
+    if (legend_) legend_px = std::max(legend_px, 33 + 6.5 * static_cast<double>(name.size()));
   const double right = width_px - kRight_px - legend_px, bottom = height_px - kBottom_px;
   std::vector<double> xs, ys;
   for (const Series& s : series_) {
@@ -152,7 +176,11 @@ std::string Plot::svg(double width_px, double height_px) const {
     throw ArgumentError(fmt::format("plot '{}' has nothing to show", title_), "add a line");
   const auto [x_low, x_high] = std::minmax_element(xs.begin(), xs.end());
   const auto [y_low, y_high] = std::minmax_element(ys.begin(), ys.end());
-  const Scale x(x_, *x_low, *x_high, kLeft_px, right), y(y_, *y_low, *y_high, bottom, kTop_px);
+  const Scale y(y_, *y_low, *y_high, bottom, kTop_px);
+  double left = kLeastLeft_px;  // room for the ticks' labels and the axis's
+  for (const double tick : y.ticks())
+    left = std::max(left, 30 + 6.7 * static_cast<double>(tick_label(tick).size()));
+  const Scale x(x_, *x_low, *x_high, left, right);
 
   std::string out;
   for (const double tick : x.ticks()) {
@@ -160,57 +188,62 @@ std::string Plot::svg(double width_px, double height_px) const {
     out += text(x.px(tick), bottom + 16, "middle", tick_label(tick));
   }
   for (const double tick : y.ticks()) {
-    out += segment(kLeft_px, y.px(tick), right, y.px(tick), "class=\"grid\"");
-    out += text(kLeft_px - 6, y.px(tick) + 4, "end", tick_label(tick));
+    out += segment(left, y.px(tick), right, y.px(tick), "class=\"grid\"");
+    out += text(left - 6, y.px(tick) + 4, "end", tick_label(tick));
   }
-  out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"frame\"/>\n",
-                     kLeft_px, kTop_px, right - kLeft_px, bottom - kTop_px);
-  out += text((kLeft_px + right) / 2, height_px - 10, "middle", x_.label);
+  out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"frame\"/>\n", left,
+                     kTop_px, right - left, bottom - kTop_px);
+  out += text((left + right) / 2, height_px - 10, "middle", x_.label);
   out +=
       text(0, 0, "middle", y_.label,
            fmt::format(" transform=\"translate(14 {:.1f}) rotate(-90)\"", (kTop_px + bottom) / 2));
-  out += text((kLeft_px + right) / 2, 20, "middle", title_, " class=\"title\"");
+  out += text((left + right) / 2, 20, "middle", title_, " class=\"title\"");
 
-  const auto colour_of = [&](const std::string& name) {
+  const auto look = [&](const std::string& name) {
     const auto at = std::find(all.begin(), all.end(), name) - all.begin();
-    return kColours[static_cast<std::size_t>(at) % kColours.size()];
+    return look_of(static_cast<std::size_t>(at), all.size());
   };
   // What a given range leaves out is cut off at the frame.
   out += fmt::format(
       "<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" "
       "viewBox=\"{0} {1} {2} {3}\">\n",
-      kLeft_px, kTop_px, right - kLeft_px, bottom - kTop_px);
+      left, kTop_px, right - left, bottom - kTop_px);
   for (const Series& s : series_) {
-    const std::string colour = colour_of(s.name);
+    const auto& [colour, dashes] = look(s.name);
     if (s.is_line) {
       out += "<path d=\"";
       for (std::size_t i = 0; i < s.x.size(); ++i)
         out += fmt::format("{}{:.2f} {:.2f}", i ? "L" : "M", x.px(s.x[i]), y.px(s.y[i]));
-      out += fmt::format("\" class=\"line\" stroke=\"{}\"/>\n", colour);
+      out += fmt::format("\" class=\"line\" stroke=\"{}\"{}/>\n", colour, dashes);
       continue;
     }
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       if (!s.low.empty())
         out += segment(x.px(s.x[i]), y.px(s.low[i]), x.px(s.x[i]), y.px(s.high[i]),
-                       fmt::format("stroke=\"{}\"", colour));
+                       fmt::format("class=\"bar\" stroke=\"{}\"", colour));
       out += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3\" fill=\"{}\"/>\n",
                          x.px(s.x[i]), y.px(s.y[i]), colour);
     }
   }
   out += "</svg>\n";
-  for (std::size_t i = 0; legend_ && i < all.size(); ++i) {
-    const double at = kTop_px + 10 + 16 * static_cast<double>(i);
-    out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"10\" height=\"10\" fill=\"{}\"/>\n",
-                       right + 8, at - 9, colour_of(all[i]));
-    out += text(right + 22, at, "start", all[i]);
+  // Of a long ramp every second, third, ... name stands for those between.
+  const auto rows = static_cast<std::size_t>(std::max(1.0, (bottom - kTop_px) / kLegendRow_px));
+  const std::size_t step = (all.size() + rows - 1) / rows;
+  for (std::size_t i = 0, row = 0; legend_ && i < all.size(); i += step, ++row) {
+    const double at = kTop_px + 10 + kLegendRow_px * static_cast<double>(row);
+    out += segment(
+        right + 8, at - 4, right + 26, at - 4,
+        fmt::format("class=\"key\" stroke=\"{}\"{}", look(all[i]).colour, look(all[i]).dashes));
+    out += text(right + 31, at, "start", all[i]);
   }
   return out;
 }
 
 std::string svg_of(const std::vector<Plot>& panels, int columns) {
   if (panels.empty() || columns < 1)
-    throw ArgumentError(fmt::format("{} panels in {} columns", panels.size(), columns),
-                        "give at least one of each");
+    throw ArgumentError(
+        fmt::format("{} in {}", counted(panels.size(), "panel"), counted(columns, "column")),
+        "give at least one of each");
   const auto count = static_cast<int>(panels.size());
   const int rows = (count + columns - 1) / columns;
   std::string out = fmt::format(
@@ -218,7 +251,7 @@ std::string svg_of(const std::vector<Plot>& panels, int columns) {
       "viewBox=\"0 0 {0:.0f} {1:.0f}\">\n"
       "<style>text{{font:12px sans-serif;fill:#222}}.title{{font-weight:bold}}"
       ".grid{{stroke:#ddd}}.frame{{fill:none;stroke:#444}}"
-      ".line{{fill:none;stroke-width:1.8}}</style>\n"
+      ".line{{fill:none;stroke-width:1.8}}.key{{stroke-width:3}}</style>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       kPanelWidth_px * std::min(columns, count), kPanelHeight_px * rows);
   for (int i = 0; i < count; ++i)

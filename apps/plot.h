@@ -17,7 +17,7 @@ struct PlotAxis {
 };
 
 /// One panel, the legend at its right. Lines and points of the same name share a colour and one
-/// entry of the legend.
+/// entry of the legend. More than seven names are coloured as a ramp, in the order they were added.
 class Plot {
  public:
   Plot(std::string title, PlotAxis x, PlotAxis y);

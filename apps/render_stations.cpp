@@ -230,7 +230,7 @@ void require_below_limit(const Rig& rig, const std::array<PanelFrames, 4>& frame
     if (most_cd_m2 > rig.luminance_limit->value())
       throw DeviceError(
           DeviceError::Kind::kOutOfRange,
-          fmt::format("the frames would show the {} eye up to {:.4g} cd/m^2, more than the {:.4g} "
+          fmt::format("the frames would show the {} eye up to {:.4g} cd/m², more than the {:.4g} "
                       "that are allowed",
                       to_string(eye), most_cd_m2, rig.luminance_limit->value()),
           "darken the stimulus; nothing was shown");

@@ -120,10 +120,10 @@ void write_rail_plot(const std::filesystem::path& file, const RailReport& rail,
     for (const Eigen::Vector3d& p : rail.off_line_mm) off.push_back(p[axis]);
     across.points(names[axis], positions_mm, off);
   }
-  Plot along("Steps", position, {"travel beyond what was asked, scale taken out (mm)"});
+  Plot along("Steps", position, {"travel beyond what was asked (mm)"});
   along.points("step error", positions_mm, rail.step_error_mm);
   along.hide_legend();
-  write_svg(file, {across, along});
+  write_svg(file, {across, along}, 2);
 }
 
 void write_pose_report(const Dataset& dataset, const CameraProfile& camera,

@@ -32,4 +32,11 @@ std::vector<Eigen::Vector3d> corners_mm(const Board&);
 /// a window that stays within the squares around the corner.
 std::optional<std::vector<Eigen::Vector2d>> find_board(const cv::Mat1b& grey, const Board&);
 
+/// Whether the pattern goes on beyond one of the four sides of a board that find_board() found: the
+/// squares alternate around most of the places where the next row or column of inner corners would
+/// be, so that the real board is larger. Places outside the picture do not count; with fewer than 3
+/// left on a side, nothing is said about it.
+bool goes_on_beyond(const cv::Mat1b& grey, const Board&,
+                    const std::vector<Eigen::Vector2d>& corners_px);
+
 }  // namespace wheatstone

@@ -6,7 +6,9 @@
 #include "apps/camera_calibration.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/common.h"
+#include "apps/stereo_calibration.h"
 #include "capture/import/camera_files.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -39,6 +41,18 @@ struct BoardArguments {
   }
 };
 
+void warn_of_larger_boards(const json& document) {
+  const json& pictures = document.at("larger_board");
+  if (pictures.empty()) return;
+  fmt::print(
+      stderr,
+      "warning: in {} the chessboard goes on beyond the {}x{} inner corners of --board, as in "
+      "{}; count them again: of a larger board any part is found, so that board poses do not "
+      "agree between pictures and the calibration is less exact\n",
+      counted(pictures.size(), "picture"), document["board"]["columns"].get<int>(),
+      document["board"]["rows"].get<int>(), pictures[0].get<std::string>());
+}
+
 void print_camera(const json& c) {
   const auto value = [&](const char* key) { return c.at(key).get<double>(); };
   for (const char* key : {"fx_px", "fy_px", "cx_px", "cy_px"})
@@ -70,7 +84,8 @@ void print_files(const json& c, const char* others) {
 
 void print_calibration(const json& c) {
   print_camera(c);
-  fmt::print("RMS {:.4f} px over {} boards", c["rms_px"].get<double>(), c["boards"].size());
+  fmt::print("RMS {:.4f} px over {}", c["rms_px"].get<double>(),
+             counted(c["boards"].size(), "board"));
   if (!c["cross_validation_rms_px"].is_null())
     fmt::print(", {:.4f} px cross-validated", c["cross_validation_rms_px"].get<double>());
   fmt::print("\n");
@@ -115,6 +130,7 @@ void add_calibrate_camera(CLI::App& calibrate) {
     options->model = distortion_model_from_string(common->distortion);
     options->out = common->out_folder();
     const json result = calibrate_camera(*options, show_progress);
+    warn_of_larger_boards(result);
     if (common->as_json)
       fmt::print("{}\n", result.dump(2));
     else
@@ -141,6 +157,7 @@ void add_calibrate_stereo(CLI::App& calibrate) {
     options->model = distortion_model_from_string(common->distortion);
     options->out = common->out_folder();
     const json result = calibrate_stereo(*options, show_progress);
+    warn_of_larger_boards(result);
     if (common->as_json) {
       fmt::print("{}\n", result.dump(2));
       return;
@@ -149,8 +166,8 @@ void add_calibrate_stereo(CLI::App& calibrate) {
       fmt::print("{}\n", side);
       print_camera(result[side]);
     }
-    fmt::print("RMS {:.4f} px over {} pairs\nbaseline {:.3f} +- {:.3f} mm\n",
-               result["rms_px"].get<double>(), result["pairs"].size(),
+    fmt::print("RMS {:.4f} px over {}\nbaseline {:.3f} +- {:.3f} mm\n",
+               result["rms_px"].get<double>(), counted(result["pairs"].size(), "pair"),
                result["baseline_mm"].get<double>(), result["baseline_mm_sigma"].get<double>());
     for (const json& picture : result["unpaired"])
       fmt::print("without its other half: {} ({})\n", picture["file"].get<std::string>(),

@@ -86,7 +86,7 @@ std::vector<NamedPatch> read_patches(const CsvTable& table, const cv::Mat3f& pic
     const std::string where = table.where(i) + ": patch " + name;
     if (!(xyz.y() > 0) || xyz.minCoeff() < 0)
       throw ArgumentError(
-          fmt::format("{} has X, Y, Z of {}, {}, {} cd/m^2", where, xyz.x(), xyz.y(), xyz.z()),
+          fmt::format("{} has X, Y, Z of {}, {}, {} cd/m²", where, xyz.x(), xyz.y(), xyz.z()),
           "measure it again: light is not negative, and Y is above 0");
     out.push_back({name, {mean_of(picture, area, where), rgb_from_xyz * xyz}});
   }
@@ -174,7 +174,7 @@ void calibrate_colour(const Options& o) {
   if (change > kDoubtfulScale || change < 1 / kDoubtfulScale)
     fmt::print(stderr,
                "warning: by these readings the camera is {:.3g} times as sensitive as {} says; are "
-               "they in cd/m^2, and the picture in DN/s at ISO 100?\n",
+               "they in cd/m², and the picture in DN/s at ISO 100?\n",
                change, o.camera);
 
   nlohmann::json rows = nlohmann::json::array();
@@ -193,7 +193,7 @@ void calibrate_colour(const Options& o) {
     return;
   }
   for (const auto& row : rows)
-    fmt::print("{:16} {:10.4g} cd/m^2 {:+7.2f} %{}\n", row["patch"].get<std::string>(),
+    fmt::print("{:16} {:10.4g} cd/m² {:+7.2f} %{}\n", row["patch"].get<std::string>(),
                row["luminance_cd_m2"].get<double>(), 100 * row["relative_error"].get<double>(),
                row["relative_error_left_out"].is_null()
                    ? ""
@@ -227,7 +227,7 @@ void add_calibrate_colour(CLI::App& calibrate) {
   command->add_option("--reference-patch", o->reference_patch,
                       "the patch whose luminance is met exactly");
   command->add_option("--out", o->out, "camera.json with the new response")->required();
-  command->add_flag("--json", o->as_json, "one JSON object on standard output");
+  command->add_flag("--json", o->as_json, "the result as JSON on standard output");
   command->footer(
       "Example:\n  wheatstone calibrate colour --picture chart.exr --patches chart.csv --camera "
       "out/card/camera.json --out camera.json");

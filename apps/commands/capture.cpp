@@ -16,6 +16,7 @@
 #include "capture/session.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "hardware/watchdog.h"
 
 namespace wheatstone::apps {
@@ -69,10 +70,10 @@ class Teller {
       return;
     }
     fmt::print(
-        "{} views, exposures {:.4g} s: {} of {} frames to take, {:.0f} s on the rig, up to "
+        "{}, exposures {:.4g} s: {} of {} to take, {:.0f} s on the rig, up to "
         "{:.1f} MB\n",
-        plan.views, fmt::join(plan.exposures_s, ", "), forecast.frames, total, forecast.duration_s,
-        static_cast<double>(forecast.bytes) / 1e6);
+        counted(plan.views, "view"), fmt::join(plan.exposures_s, ", "), forecast.frames,
+        counted(total, "frame"), forecast.duration_s, static_cast<double>(forecast.bytes) / 1e6);
     std::fflush(stdout);  // before what follows, in a log too
   }
 
@@ -205,7 +206,9 @@ void add_capture(CLI::App& app) {
   auto* rig = command->add_option("--rig", options->rig, "rig file; without it, the twin");
   for (const char* of_the_twin : {"--scene", "--scale", "--seed"})
     command->get_option(of_the_twin)->excludes(rig);
-  command->add_option("--transcript", options->transcript, "writes what goes over the wires here")
+  command
+      ->add_option("--transcript", options->transcript,
+                   "writes what goes over the wires to this file")
       ->needs(rig);
   options->chaos.add_to(*command);
   command->add_option("--views", plan.views, "rail positions")->capture_default_str();
@@ -229,7 +232,7 @@ void add_capture(CLI::App& app) {
   command->footer(
       "Example:\n"
       "  wheatstone capture out/card --scene card --scale 0.1\n"
-      "  wheatstone capture out/card --scene card --scale 0.1 --signal-to-noise 50 --dry-run");
+      "  wheatstone capture out/planned --scene card --scale 0.1 --signal-to-noise 50 --dry-run");
   command->callback([options] { run_capture(*options); });
 }
 

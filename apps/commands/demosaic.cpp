@@ -24,7 +24,8 @@ void add_demosaic(CLI::App& app) {
   command->add_option("--out", o->out, "EXR: R, G, B, float, in the mosaic's unit, not clipped")
       ->required();
   command->footer(
-      "Example:\n  wheatstone demosaic --input mosaic.exr --pattern RGGB --out colour.exr");
+      "Example:\n  wheatstone demosaic --input out/card/raw/view_000_exposure_0.png --pattern RGGB "
+      "--out out/colour.exr");
   command->callback([=] {
     require_other_file(o->out, {o->input});
     require_exr_name(o->out);

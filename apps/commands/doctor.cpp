@@ -81,7 +81,7 @@ void add_doctor(CLI::App& app) {
   auto rig = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
   command->add_option("--rig", *rig, "rig file")->required();
-  command->add_flag("--json", *as_json, "one JSON object on standard output");
+  command->add_flag("--json", *as_json, "the result as JSON on standard output");
   command->footer("Example:\n  wheatstone doctor --rig rigs/simulated.toml");
   command->callback([=] { doctor(*rig, *as_json); });
 }

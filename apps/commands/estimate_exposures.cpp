@@ -34,7 +34,7 @@ void add_estimate_exposures(CLI::App& app) {
   command->add_option("--frames", o->frames, "stack (docs/hdr_merge.md)")->required();
   command->add_option("--method", o->method, "pairwise or mst")->required();
   command->add_flag("--weighted", o->weighted, "weigh each pixel by its noise");
-  command->add_flag("--json", o->as_json, "JSON on standard output");
+  command->add_flag("--json", o->as_json, "the result as JSON on standard output");
   command->footer(
       "Example:\n  wheatstone estimate-exposures --frames frames.json --method mst --weighted");
   command->callback([=] {

@@ -23,7 +23,9 @@ void add_import(CLI::App& app) {
       ->add_option("--format", options->format,
                    "auto, exr-stereo, light-field-renderer, colmap, nerf, llff or poses")
       ->capture_default_str();
-  command->add_option("--white-cd-m2", options->white_cd_m2, "luminance of full white")
+  command
+      ->add_option("--white-cd-m2", options->white_cd_m2,
+                   "luminance of full white, or of 1 in an EXR that does not say")
       ->capture_default_str();
   command
       ->add_option("--mm-per-unit", options->mm_per_unit,

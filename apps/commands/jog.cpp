@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/png.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -173,9 +174,9 @@ class Console {
     const SpectralReading r = rig_.spectroradiometer->measure(patience(longest));
     const Eigen::Vector3d& xyz = r.xyz_cd_m2;
     if (r.below_floor)
-      fmt::print("below the floor of {:g} cd/m^2\n", rig_.spectroradiometer->range().floor_cd_m2);
+      fmt::print("below the floor of {:g} cd/m²\n", rig_.spectroradiometer->range().floor_cd_m2);
     else
-      fmt::print("{:.5g} cd/m^2, x {:.4f}, y {:.4f}\n", xyz.y(), xyz.x() / xyz.sum(),
+      fmt::print("{:.5g} cd/m², x {:.4f}, y {:.4f}\n", xyz.y(), xyz.x() / xyz.sum(),
                  xyz.y() / xyz.sum());
     if (file.empty()) return;
     std::string text = "wavelength_nm,radiance_w_sr_m2_nm\n";
@@ -184,7 +185,7 @@ class Console {
                           r.spectrum.first_nm + static_cast<double>(i) * r.spectrum.step_nm,
                           r.spectrum.values[i]);
     write_text_atomically(file, text);
-    fmt::print("{}: {} values\n", file, r.spectrum.values.size());
+    fmt::print("{}: {}\n", file, counted(r.spectrum.values.size(), "value"));
   }
 
   void aim(std::istringstream& words) {

@@ -13,6 +13,7 @@
 #include "core/csv.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -172,9 +173,9 @@ void add_calibrate_leds(CLI::App& calibrate_app) {
     write_json(*out, kSchema, {{"rows", kLedRows}, {"columns", kLedColumns}, {"leds", list}});
     const LargestResidual worst = largest_residual(leds, seen);
     if (worst.where.empty())
-      fmt::print("{} LEDs in {}\n", leds.size(), *out);
+      fmt::print("{} in {}\n", counted(leds.size(), "LED"), *out);
     else
-      fmt::print("{} LEDs in {}; largest residual {:+.2g} % ({})\n", leds.size(), *out,
+      fmt::print("{} in {}; largest residual {:+.2g} % ({})\n", counted(leds.size(), "LED"), *out,
                  100 * worst.relative, worst.where);
     if (std::abs(worst.relative) > kDoubtfulResidual)
       fmt::print(stderr,
@@ -191,7 +192,7 @@ void add_leds(CLI::App& app) {
   auto luminance = std::make_shared<double>(0);
   auto xy = std::make_shared<std::vector<double>>();
   command->add_option("--calibration", *file, "JSON of calibrate leds")->required();
-  command->add_option("--luminance", *luminance, "of every LED, cd/m^2, above 0")->required();
+  command->add_option("--luminance", *luminance, "of every LED, cd/m², above 0")->required();
   command->add_option("--xy", *xy, "CIE 1931 chromaticity")->required()->expected(2);
   command->add_option("--out", *out, "CSV: row, column, drive_r, drive_g, drive_b")->required();
   command->footer(
@@ -200,11 +201,11 @@ void add_leds(CLI::App& app) {
       "drives.csv");
   command->callback([=] {
     if (!(*luminance > 0))
-      throw ArgumentError(fmt::format("--luminance is {}", *luminance), "give cd/m^2 above 0");
+      throw ArgumentError(fmt::format("--luminance is {}", *luminance), "give cd/m² above 0");
     const std::vector<LedDrive> drives =
         led_drives(read_leds(*file), *luminance, {xy->at(0), xy->at(1)});
     write_drives(*out, drives);
-    fmt::print("drives of {} LEDs in {}\n", drives.size(), *out);
+    fmt::print("drives of {} in {}\n", counted(drives.size(), "LED"), *out);
   });
 }
 

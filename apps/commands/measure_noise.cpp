@@ -10,6 +10,7 @@
 #include "capture/noise_profile.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -50,7 +51,7 @@ void measure_noise(const std::filesystem::path& file, const std::string& out) {
   if (measured.chi2_per_measurement > kDoubtfulChi2)
     fmt::print(stderr, "warning: {}; {}\n", misfit, remedy);
   profile.noise = measured.noise;
-  profile.source = fmt::format("photon transfer, {} pairs of flat fields", pairs.size());
+  profile.source = fmt::format("photon transfer, {} of flat fields", counted(pairs.size(), "pair"));
   write_noise_profile(out, profile);
   const SensorNoise &n = measured.noise, &s = measured.sigma;
   for (std::size_t c = 0; c < 3; ++c)

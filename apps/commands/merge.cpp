@@ -14,6 +14,7 @@
 #include "capture/exposure_stack.h"
 #include "capture/merged_exr.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 namespace {
@@ -69,11 +70,11 @@ void merge_dataset(const std::string& folder, const std::string& shard,
   for (const std::string& note : r.notes) fmt::print(stderr, "warning: {}\n", note);
   const int mine = r.merged + r.there_already;
   if (mine == 0) {
-    fmt::print("shard {} holds none of the {} views: there is nothing to do\n", shard,
-               r.views_of_folder);
+    fmt::print("shard {} holds none of the {}: there is nothing to do\n", shard,
+               counted(r.views_of_folder, "view"));
     return;
   }
-  fmt::print("hdr: {} of {} views merged, {} were there already\n", r.merged, mine,
+  fmt::print("hdr: {} of {} merged, {} there already\n", r.merged, counted(mine, "view"),
              r.there_already);
   fmt::print("at most {:.2f} % of a view ({}) are saturated, {:.2f} % ({}) underexposed\n",
              100 * r.most_saturated.share, r.most_saturated.view, 100 * r.most_underexposed.share,
@@ -84,9 +85,9 @@ void merge_dataset(const std::string& folder, const std::string& shard,
                    "they are noise; capture with a longer exposure");
   if (r.merged > 0 && r.signal_to_noise > 0)
     fmt::print(
-        "a signal-to-noise ratio of {} in at least {:.1f} % of each of {} views; {:.1f} % "
+        "a signal-to-noise ratio of {} in at least {:.1f} % of each of {}; {:.1f} % "
         "were asked for{}\n",
-        r.signal_to_noise, 100 * r.least_share, r.merged, 100 * r.coverage,
+        r.signal_to_noise, 100 * r.least_share, counted(r.merged, "view"), 100 * r.coverage,
         r.least_share < r.coverage ? ": MISSED" : "");
 }
 
@@ -94,7 +95,7 @@ void merge_dataset(const std::string& folder, const std::string& shard,
 
 void add_merge(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "merge", "Merge raw exposures to HDR: a dataset's views in cd/m2, or one stack in DN/s");
+      "merge", "Merge raw exposures to HDR: a dataset's views in cd/m², or one stack in DN/s");
   struct Options {
     std::string dataset, frames, glare, monitor_patches, out, shard = "1/1";
     bool no_demosaic = false;

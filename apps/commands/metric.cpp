@@ -193,7 +193,7 @@ void add_metric(CLI::App& app) {
   GogDisplay& display = a->score.light.display;
   command->add_option("--test", a->test, "picture, or a folder of them");
   command->add_option("--reference", a->reference, "picture, or a folder with the same names");
-  command->add_option("--metric", a->score.metric)
+  command->add_option("--metric", a->score.metric, "how to compare them")
       ->check(CLI::IsMember({"pu21-psnr", "pu21-ssim", "ms-ssim", "hdr-vdp3", "flicker"}));
   command->add_option("--channel", a->score.channels, "rgb or y; rgb for pu21-psnr, else y")
       ->check(CLI::IsMember({"rgb", "y"}));
@@ -208,7 +208,7 @@ void add_metric(CLI::App& app) {
   command->add_option("--peak-cd-m2", a->peak_cd_m2,
                       "light of value 1, or of full code in integer pictures, where the file does "
                       "not say it");
-  command->add_flag("--absolute", a->score.light.absolute, "linear files hold cd/m2");
+  command->add_flag("--absolute", a->score.light.absolute, "linear files hold cd/m²");
   command->add_option("--contrast", display.contrast, "of the display, for integer pictures")
       ->capture_default_str();
   command->add_option("--gamma", display.gamma, "of the display")->capture_default_str();
@@ -217,11 +217,11 @@ void add_metric(CLI::App& app) {
   command->add_option("--reflectivity", display.reflectivity, "of the display")
       ->capture_default_str();
   command->add_option("--out", a->out, "folders: keep each score here, and do not repeat it");
-  command->add_option("--shard", a->shard, "i/N: only every N-th pair, from the i-th on");
-  command->add_flag("--json", a->as_json, "for machines");
+  command->add_option("--shard", a->shard, "i/N: only every Nth pair, from the ith on");
+  command->add_flag("--json", a->as_json, "the result as JSON on standard output");
   command->footer(
-      "Example:\n  wheatstone metric --test rendered.exr --reference photographed.exr --metric "
-      "hdr-vdp3 --ppd 45 --map where.png");
+      "Example:\n  wheatstone metric --test out/card/eye/left_displays.exr --reference "
+      "out/card/eye/left_box.exr --metric hdr-vdp3 --ppd 45 --map out/visible.png");
   add_pu21(*command);
   command->callback([=] {
     if (command->get_subcommands().empty()) run_metric(*command, *a);

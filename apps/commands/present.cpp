@@ -9,6 +9,7 @@
 #include "apps/commands/common.h"
 #include "apps/stations.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace wheatstone::apps {
 
@@ -22,7 +23,7 @@ void add_present(CLI::App& app) {
   auto limit = std::make_shared<std::optional<double>>();
   command
       ->add_option("--luminance-limit", *limit,
-                   "refuse frames that could show an eye more, in cd/m^2")
+                   "refuse frames that could show an eye more, in cd/m²")
       ->check(CLI::PositiveNumber);
   auto chaos = std::make_shared<ChaosOption>();
   chaos->add_to(*command);
@@ -30,8 +31,8 @@ void add_present(CLI::App& app) {
   command->callback([=] {
     const Dataset dataset = open_dataset(*folder);
     const PresentReport r = split_to_drive_frames(dataset);
-    fmt::print("eight frames in {}; {} pixels too bright, {} too dark for the displays\n",
-               dataset.file("drive").string(), r.above_peak_px, r.below_black_px);
+    fmt::print("eight frames in {}; {} too bright, {} too dark for the displays\n",
+               dataset.file("drive").string(), counted(r.above_peak_px, "pixel"), r.below_black_px);
     SimulatedRig twin(twin_of(dataset, *scale));
     chaos->arm(&twin);
     Rig rig = twin.rig();

@@ -59,9 +59,12 @@ void add_quality_allocate(CLI::App& quality) {
   command->add_option("--picture", options->picture, "PNG: the map in colours");
   command->footer(
       "Examples:\n"
-      "  wheatstone quality allocate --input instance.json --solver exact --output out.json\n"
-      "  wheatstone quality allocate --motion motion.exr --materials materials.exr "
-      "--polynomials polynomials.csv --budget 0.25 --map rates.exr --picture rates.png");
+      "  wheatstone quality allocate --input ../shared/reference/perception/vectors/"
+      "knapsack_instances.json --instance ties_4x4 --solver exact --output out/choice.json\n"
+      "  wheatstone quality allocate --motion ../shared/reference/perception/sample_frame/"
+      "motion_n.exr --materials ../shared/reference/perception/sample_frame/materials_n.exr "
+      "--polynomials ../shared/reference/perception/vectors/sample_polynomials.csv --budget 0.25 "
+      "--map out/rates.exr --picture out/rates.png");
   command->callback([=] {
     if (options->input.empty())
       allocate_tiles(*options);

@@ -49,7 +49,8 @@ void add_quality_camojab(CLI::App& quality) {
       "Columns: ppd, refresh_hz, velocity_deg_s, persistence, mean_lum_cd_m2, mip_level, srx, sry\n"
       "(shading rates along and across the motion, (0, 1]).\n"
       "Example:\n  wheatstone quality camojab --texture procedural:checker512 "
-      "--input conditions.csv --output quality.csv");
+      "--input ../shared/reference/perception/vectors/camojab_vectors.csv --output "
+      "out/quality.csv");
   command->callback([=] {
     const CamojabModel model = CamojabModel::preset(motion_quality_preset_from_string(*preset));
     CsvTable t = CsvTable::read(table->input);

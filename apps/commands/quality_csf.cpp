@@ -57,7 +57,8 @@ void add_quality_csf(CLI::App& quality) {
       ->required();
   table->add_to(*command);
   command->footer(
-      "Example:\n  wheatstone quality csf --model barten --input frequencies.csv --output csf.csv");
+      "Example:\n  wheatstone quality csf --model barten --input ../shared/reference/perception/"
+      "vectors/csf_barten.csv --output out/csf.csv");
   command->callback([=] {
     const auto csf = models().find(*model);
     if (csf == models().end())

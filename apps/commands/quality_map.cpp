@@ -112,8 +112,11 @@ void add_quality_map(CLI::App& quality) {
       ->capture_default_str();
   command->add_flag("--cpu", options->cpu, "the shader's CPU twin instead of OpenGL");
   command->footer(
-      "Example:\n  wheatstone quality map --motion motion.exr --materials materials.exr "
-      "--polynomials polynomials.csv --budget 0.25 --picture frame.png --out out/map");
+      "Example:\n  wheatstone quality map --motion ../shared/reference/perception/sample_frame/"
+      "motion_n.exr --materials ../shared/reference/perception/sample_frame/materials_n.exr "
+      "--polynomials ../shared/reference/perception/vectors/sample_polynomials.csv --budget 0.25 "
+      "--picture ../shared/reference/perception/sample_frame/scene_snapshot.png --from-tile 8 22 "
+      "--out out/map");
   command->callback([=] { write_maps(*options); });
 }
 

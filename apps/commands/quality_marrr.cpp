@@ -50,7 +50,8 @@ void add_comparison(CLI::App& quality_noun) {
   command->footer(
       "Columns: refreshA_hz, resolution_reductionA, refreshB_hz, native_width_px, fov_deg,\n"
       "velocity_deg_s, predictable (1 or 0), persistence. B has full resolution.\n"
-      "Example:\n  wheatstone quality marrr --input displays.csv --output quality.csv");
+      "Example:\n  wheatstone quality marrr --input ../shared/reference/perception/vectors/"
+      "marrr_quality.csv --output out/quality.csv");
   command->callback([=] {
     const MotionQualityPreset chosen = motion_quality_preset_from_string(*preset);
     CsvTable t = CsvTable::read(table->input);
@@ -80,7 +81,8 @@ void add_optimum(CLI::App& quality_noun) {
   command->footer(
       "Columns: bandwidth_fraction (of full resolution at the greatest rate), velocity_deg_s,\n"
       "predictable (1 or 0). Results: best_refresh_hz, resolution_reduction, Q_vs_reference.\n"
-      "Example:\n  wheatstone quality marrr-optimum --input budgets.csv --output best.csv");
+      "Example:\n  wheatstone quality marrr-optimum --input ../shared/reference/perception/vectors/"
+      "marrr_optimum.csv --output out/best.csv");
   command->callback([=] {
     const MotionQualityPreset chosen = motion_quality_preset_from_string(*preset);
     CsvTable t = CsvTable::read(table->input);

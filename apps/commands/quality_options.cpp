@@ -42,7 +42,7 @@ void TableOptions::add_to(CLI::App& command) {
       .add_option("--output", output,
                   "CSV table to write: all columns of the input and the results")
       ->required();
-  command.add_flag("--json", json, "also print the rows as JSON");
+  command.add_flag("--json", json, "also the rows as JSON on standard output");
 }
 
 void TableOptions::finish(const CsvTable& table) const {

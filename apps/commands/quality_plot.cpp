@@ -40,7 +40,7 @@ void add_quality_plot(CLI::App& quality) {
   command->add_option("--output", *output, "SVG to write")->required();
   add_preset_option(*command, *preset);
   options->add_to(*command);
-  command->footer("Example:\n  wheatstone quality plot 3.4 --output best_refresh_rate.svg");
+  command->footer("Example:\n  wheatstone quality plot 3.4 --output out/best_refresh_rate.svg");
   command->callback([=] {
     const MotionQualityPreset chosen = motion_quality_preset_from_string(*preset);
     if (*figure == "3.4")

@@ -38,8 +38,9 @@ void add_quality_polynomials(CLI::App& quality) {
       ->required();
   command->add_option("--output", *output, "CSV for `allocate` and `map`")->required();
   command->footer(
-      "Example:\n  wheatstone quality polynomials --texture grass.exr noise.exr "
-      "--output polynomials.csv");
+      "Example:\n  wheatstone quality polynomials --texture "
+      "../shared/reference/perception/textures/"
+      "grass.exr ../shared/reference/perception/textures/noise.exr --output out/polynomials.csv");
   command->callback([=] { fit_polynomials(*textures, *output); });
 }
 

@@ -49,8 +49,9 @@ void add_quality_refresh(CLI::App& quality) {
       ->capture_default_str();
   command->add_option("--mip-level", o->search.mip_level, "of the texture")->capture_default_str();
   command->footer(
-      "Example:\n  wheatstone quality refresh --texture snapshot.png --budget 0.25 "
-      "--output refresh.csv");
+      "Example:\n  wheatstone quality refresh --texture "
+      "../shared/reference/perception/sample_frame/"
+      "scene_snapshot.png --budget 0.25 --output out/refresh.csv");
   command->callback([=] { write_refresh_table(*o); });
 }
 

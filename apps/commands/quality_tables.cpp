@@ -127,9 +127,11 @@ void add_quality_tables(CLI::App& quality) {
   const auto add = [&](const char* name, const char* description) {
     auto* command = quality.add_subcommand(name, description);
     options->add_to(*command);
-    command->add_flag("--json", *json, "print JSON instead");
+    command->add_flag("--json", *json, "the result as JSON on standard output");
     command->footer(fmt::format(
-        "Example:\n  wheatstone quality {} --data measurements --textures textures", name));
+        "Example:\n  wheatstone quality {} --data ../shared/reference/perception/data --textures "
+        "../shared/reference/perception/textures",
+        name));
     return command;
   };
 

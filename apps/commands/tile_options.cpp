@@ -14,7 +14,7 @@ void TileOptions::add_to(CLI::App& command) {
   command.add_option("--materials", materials, "EXR of tiles: R = material from 0, G = mip level");
   command.add_option("--polynomials", polynomials, "CSV with the quality of each material");
   command.add_option("--budget", budget, "fraction of full rate, 0.0625 to 1");
-  command.add_option("--luminance", luminance, "EXR of tiles: Y = cd/m^2 of the frame before");
+  command.add_option("--luminance", luminance, "EXR of tiles: Y = cd/m² of the frame before");
   command.add_option("--luminance-cd-m2", luminance_cd_m2, "of all tiles without such a file")
       ->capture_default_str();
   command.add_option("--width-px", geometry.width_px, "of the frame")->capture_default_str();

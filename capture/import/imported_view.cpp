@@ -3,16 +3,30 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/files.h"
 #include "core/png.h"
 
 namespace wheatstone {
+namespace {
+
+RgbImage read_picture(const std::filesystem::path& path, double white_cd_m2) {
+  if (path.extension() != ".exr") return read_srgb_picture(path, white_cd_m2);
+  ExrMetadata metadata;
+  RgbImage light = read_exr(path, &metadata);
+  if (!metadata.has_bt709_chromaticities)
+    throw FileError(path, "has primaries other than BT.709", "convert it to BT.709");
+  light.pixels *= metadata.white_luminance_cd_m2 > 0 ? metadata.white_luminance_cd_m2 : white_cd_m2;
+  return light;
+}
+
+}  // namespace
 
 LightFieldView load_view(const ImportedView& view, double white_cd_m2) {
   if (view.path.empty())
     throw FileError(view.name, "the picture of this view is not there",
                     "put it beside the others or leave the view out");
-  LightFieldView out{view.name, read_srgb_picture(view.path, white_cd_m2), view.intrinsics,
+  LightFieldView out{view.name, read_picture(view.path, white_cd_m2), view.intrinsics,
                      view.T_camera_world};
   const Intrinsics& k = view.intrinsics;
   const cv::Size size(k.width_px, k.height_px);

@@ -19,9 +19,11 @@ struct ImportedView {
   RigidTransform T_camera_world;
 };
 
-/// Reads the picture (sRGB, `white_cd_m2` at full code) and removes its distortion, so that the
-/// view is a pinhole with the same K; pixels without a source are 0.
-/// Errors: FileError: no file, unreadable, or its size is not that of the intrinsics.
+/// Reads the picture (sRGB, `white_cd_m2` at full code; or linear EXR, `white_cd_m2` at 1 where the
+/// file has no whiteLuminance) and removes its distortion, so that the view is a pinhole with the
+/// same K; pixels without a source are 0.
+/// Errors: FileError: no file, unreadable, its size is not that of the intrinsics, or an EXR has
+/// primaries other than BT.709.
 LightFieldView load_view(const ImportedView&, double white_cd_m2);
 
 /// Width and height from a JPEG's or PNG's header, without decoding. FileError.

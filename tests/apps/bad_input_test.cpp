@@ -200,36 +200,5 @@ TEST_F(BadInput, NoOpenGl) {
   EXPECT_EQ(run_program({"render", path("d"), "--cpu"}, without_driver).status, 0);
 }
 
-TEST(Help, EverySubcommandShowsAnExample) {
-  for (std::vector<std::string> command : {std::vector<std::string>{},
-                                           {"demo"},
-                                           {"capture"},
-                                           {"merge"},
-                                           {"calibrate"},
-                                           {"calibrate", "poses"},
-                                           {"calibrate", "eyes"},
-                                           {"calibrate", "camera"},
-                                           {"calibrate", "stereo"},
-                                           {"convert-camera"},
-                                           {"export-poses"},
-                                           {"import"},
-                                           {"render"},
-                                           {"present"},
-                                           {"doctor"},
-                                           {"jog"},
-                                           {"report"},
-                                           {"emulate"},
-                                           {"metric"},
-                                           {"metric", "pu21"},
-                                           {"demosaic"},
-                                           {"estimate-exposures"},
-                                           {"measure-noise"}}) {
-    command.emplace_back("--help");
-    const Outcome outcome = run_program(command);
-    EXPECT_EQ(outcome.status, 0) << command[0];
-    EXPECT_THAT(outcome.out, ::testing::HasSubstr("Example:")) << command[0];
-  }
-}
-
 }  // namespace
 }  // namespace wheatstone::apps

@@ -117,7 +117,7 @@ TEST_F(Calibration, BadPicturesAndArguments) {
   write_boards(2);
   expect_refused(calibrate(), {"3 pictures, not 2", "at least 10"});
   expect_refused(calibrate({"--board", "9x6"}),
-                 {"9x6 inner corners in none of its 2 pictures", "count the inner corners"});
+                 {"no board of 9x6 inner corners in 2 pictures", "count the inner corners"});
   expect_refused(calibrate({"--board", "six"}), {"'six' is no chessboard", "as in 9x6"});
   expect_refused(calibrate({"--distortion", "poly3"}),
                  {"'poly3' is no distortion model", "radtan5"});
@@ -139,6 +139,31 @@ TEST_F(Calibration, SquaresInMetresAreWarnedOf) {
   };
   EXPECT_THAT(with("0.025"), HasSubstr("takes millimetres"));
   EXPECT_THAT(with("25"), Not(HasSubstr("millimetres")));
+}
+
+// OpenCV's pictures of a board of 9x6, told to be of 8x6: the same camera, with a warning.
+TEST_F(Calibration, APartOfTheBoardIsWarnedOf) {
+  const auto photos = shared_folder("data/camera_calibration/opencv_9x6");
+  REQUIRE_SHARED(photos);
+  const auto as = [&](const std::string& board) {
+    return run_program({"calibrate", "camera", "--images", photos.string(), "--match", "left*",
+                        "--board", board, "--square-mm", "25", "--json"});
+  };
+  const Outcome whole = as("9x6"), part = as("8x6");
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  ASSERT_EQ(part.status, 0) << part.err;
+  EXPECT_THAT(whole.err, Not(HasSubstr("warning")));
+  EXPECT_THAT(part.err,
+              HasSubstr("7 pictures the chessboard goes on beyond the 8x6 inner corners"));
+  const json a = json::parse(whole.out), b = json::parse(part.out);
+  EXPECT_TRUE(a["larger_board"].empty());
+  EXPECT_EQ(b["larger_board"].size(), 7u);
+  for (const char* key : {"fx_px", "fy_px", "cx_px", "cy_px"}) {
+    const std::string sigma = std::string(key) + "_sigma";
+    EXPECT_NEAR(a[key].get<double>(), b[key].get<double>(),
+                3 * std::hypot(a[sigma].get<double>(), b[sigma].get<double>()))
+        << key;
+  }
 }
 
 TEST_F(Calibration, ParallelBoardsDetermineNoFocalLength) {

@@ -2,6 +2,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "apps/capture_figures.h"
 #include "apps/capture_statistics.h"
 #include "apps/capture_verdict.h"
 #include "core/files.h"
@@ -27,10 +28,13 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
   ASSERT_EQ(early.status, 0) << early.err;
   EXPECT_THAT(early.out, HasSubstr("report.html"));
   EXPECT_THAT(page(), AllOf(HasSubstr("Not merged yet"), HasSubstr("Not calibrated yet"),
-                            HasSubstr("1/240 s saturated"), HasSubstr("Nothing disturbed it"),
+                            HasSubstr("<td>1/240 s</td>"), HasSubstr("Nothing disturbed it"),
                             HasSubstr("What each exposure measures"),
                             HasSubstr("Nothing is wrong with what has been made so far")));
-  EXPECT_LT(page().find("Verdict"), page().find("The session"));
+  EXPECT_LT(page().find("Verdict"), page().find("What to do"));
+  EXPECT_LT(page().find("What to do"), page().find("The session"));
+  EXPECT_THAT(page(), AllOf(HasSubstr("<code>wheatstone merge " + path("d") + "</code>"),
+                            HasSubstr("<code>wheatstone calibrate poses " + path("d"))));
 
   ASSERT_EQ(run_program({"merge", path("d")}).status, 0);
   ASSERT_EQ(run_program({"calibrate", "poses", path("d")}).status, 0);
@@ -39,7 +43,9 @@ TEST_F(CaptureReport, SaysWhatThereIsAndWhatIsNotYet) {
   EXPECT_THAT(page(), AllOf(Not(HasSubstr("not merged yet")), Not(HasSubstr("Not calibrated yet")),
                             HasSubstr("3 of 3 views are merged"), HasSubstr("view_002 at 16"),
                             HasSubstr("px RMS over all views"), HasSubstr("Straightness"),
-                            HasSubstr("in percent of its light")));
+                            HasSubstr("in percent of its light"), HasSubstr("cd/m²"),
+                            Not(HasSubstr("cd/m^2")), Not(HasSubstr("wheatstone merge")),
+                            HasSubstr("<code>wheatstone calibrate eyes " + path("d"))));
   EXPECT_EQ(read_text(path("elsewhere.html"), std::size_t{64} << 20), page()) << "the same again";
   EXPECT_THAT(page(), Not(HasSubstr("http-equiv")));
 
@@ -107,12 +113,29 @@ TEST_F(CaptureReport, BeginsWithWhatIsWrong) {
   std::vector<ViewStatistics> statistics;
   for (const CapturedView& v : views)
     statistics.push_back(view_statistics(Dataset(path("e")), v, Dataset(path("e")).read_camera()));
+  std::vector<std::string> problems;
+  for (const CaptureProblem& p : capture_problems(Dataset(path("e")), views, statistics))
+    problems.push_back(p.what + "|" + p.remedy + "|" + p.command);
   EXPECT_THAT(
-      capture_problems(Dataset(path("e")), views, statistics),
+      problems,
       testing::IsSupersetOf(
           {testing::Matcher<std::string>(HasSubstr("in the noise of the longest")),
-           testing::Matcher<std::string>(HasSubstr("view_000: not merged")),
+           testing::Matcher<std::string>(
+               AllOf(HasSubstr("view_000: not merged"), HasSubstr("|wheatstone merge "))),
            testing::Matcher<std::string>(HasSubstr("view_001: the HDR file is not what"))}));
+}
+
+TEST_F(CaptureReport, ManyExposuresMakeALongerTableNotAWiderOne) {
+  std::vector<std::string> capture = {"capture", path("d"), "--scale",    "0.05",
+                                      "--views", "2",       "--exposures"};
+  for (int i = 0; i < 12; ++i) capture.push_back(std::to_string(0.001 * (i + 1)));
+  ASSERT_EQ(run_program(capture).status, 0);
+  ASSERT_EQ(run_program({"report", path("d")}).status, 0);
+  const std::string html = page(), table = html.substr(html.find("Raw codes and clipping"));
+  const std::string header = table.substr(0, table.find("</tr>"));
+  EXPECT_EQ(header.find("1/1000 s"), std::string::npos);
+  for (const char* row : {"<td>1/1000 s</td>", "<td>1/83.33 s</td>"})
+    EXPECT_THAT(table, HasSubstr(row));
 }
 
 TEST_F(CaptureReport, RefusesWhatIsNoCaptureOrDamaged) {
@@ -158,10 +181,24 @@ TEST_F(CaptureReport, MeasuresNoiseAndClippingOfFramesThatAreKnown) {
     for (const double share : s.frames[1].histogram) sum += share;
     EXPECT_NEAR(sum, 1, 1e-9);
     ASSERT_GT(s.noise.size(), 5U);
+    double squares = 0;
+    int levels = 0;
     for (const NoiseLevel& level : s.noise)
       if (level.signal_dn > 100) {
         EXPECT_NEAR(level.measured_over_model, factor, 0.12 * factor) << level.signal_dn;
+        const double off = (level.measured_over_model - factor) / level.sigma;
+        EXPECT_LT(std::abs(off), 4) << level.signal_dn;
+        squares += off * off;
+        ++levels;
       }
+    ASSERT_GE(levels, 5);
+    EXPECT_THAT(std::sqrt(squares / levels), AllOf(testing::Gt(0.4), testing::Lt(1.7)));
+    const std::string plot = noise_figure(s).svg(460, 340);
+    std::size_t bars = 0;
+    for (auto at = plot.find("class=\"bar\""); at != std::string::npos;
+         at = plot.find("class=\"bar\"", at + 1))
+      ++bars;
+    EXPECT_EQ(bars, s.noise.size());
   }
   EXPECT_NEAR(least_signal_dn(camera), 2 * std::sqrt(least_signal_dn(camera) * 0.5 + 13 * 0.25),
               1e-9);

@@ -77,7 +77,7 @@ TEST_F(Chain, NothingBrighterThanTheLimitIsShown) {
   rig.luminance_limit = Luminance::of(100);
   try {
     present(dataset, rig);
-    FAIL() << "the card has 400 cd/m^2";
+    FAIL() << "the card has 400 cd/m²";
   } catch (const DeviceError& e) {
     EXPECT_EQ(e.kind(), DeviceError::Kind::kOutOfRange);
     EXPECT_THAT(e.what(), ::testing::HasSubstr("left eye"));

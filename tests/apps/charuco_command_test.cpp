@@ -61,7 +61,7 @@ TEST_F(CharucoCommand, BadBoardsAndArguments) {
   const cv::Mat1b whole = photograph(camera_, facing);
   write_picture("a.png", whole);
   expect_refused(calibrate({"--charuco", "DICT_6X6_250", "--marker-mm", "18"}),
-                 {"DICT_6X6_250 in none of its 1 pictures", "a.png holds markers of DICT_4X4_50"});
+                 {"DICT_6X6_250 in 1 picture;", "a.png holds markers of DICT_4X4_50"});
   expect_refused(calibrate({"--charuco", "DICT_4X4_50", "--marker-mm", "26"}),
                  {"smaller than its squares"});
   expect_refused(calibrate({"--charuco", "DICT_9X9", "--marker-mm", "18"}),
@@ -78,7 +78,7 @@ TEST_F(CharucoCommand, BadBoardsAndArguments) {
   row.rowRange(static_cast<int>(y), row.rows) = 120;
   write_picture("a.png", row);
   expect_refused(calibrate({"--charuco", "DICT_4X4_50", "--marker-mm", "18"}),
-                 {"corners of a board with markers of DICT_4X4_50 in none of its 1 pictures",
+                 {"no 6 corners of a board with markers of DICT_4X4_50 in 1 picture;",
                   "sharp and evenly lit"});
 }
 

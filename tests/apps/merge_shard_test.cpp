@@ -192,7 +192,7 @@ TEST_F(MergeShard, AViewIsMergedAgainWhenItWouldComeOutDifferently) {
   // A damaged file, a damaged or missing record.
   fs::resize_file(path("d/hdr/view_001.exr"), 5000);
   EXPECT_THAT(merged({"view_001.exr: merged again", "not the file that was written"}),
-              HasSubstr("1 of 5 views merged, 4 were there"));
+              HasSubstr("1 of 5 views merged, 4 there"));
   EXPECT_TRUE(views("d") == first);
   std::vector<std::byte> bytes = first.at("view_002");
   bytes[bytes.size() / 2] ^= std::byte{1};

@@ -273,7 +273,7 @@ TEST_F(Metric, WithoutAScaleThereIsNoScore) {
   write_exr(path("map.exr"), ScalarImage(200, 180, 1), "Y");
   cv::imwrite(path("codes.png"), cv::Mat3b(120, 160, cv::Vec3b(9, 9, 9)));
   refused(command(image("a_noise05"), image("a_ref"), "pu21-psnr"),
-          {"a_noise05.pfm", "cd/m2", "--absolute", "--peak-cd-m2"});
+          {"a_noise05.pfm", "cd/m²", "--absolute", "--peak-cd-m2"});
   refused(command(path("codes.png"), image("a_ref"), "pu21-psnr", {"--absolute"}),
           {"codes.png", "--peak-cd-m2"});
   refused(command(path("map.exr"), image("a_ref"), "pu21-psnr", {"--absolute"}), {"map.exr"});

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <limits>
+#include <set>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -60,6 +61,32 @@ TEST(Plot, LabelsUnitsTicksAndNames) {
   EXPECT_EQ(count_of(svg, "class=\"line\""), 2);
   plot.hide_legend();
   EXPECT_THAT(plot.svg(300, 200), Not(HasSubstr(">60 ppd</text>")));
+}
+
+TEST(Plot, WideTickLabelsGetRoom) {
+  Plot plot("t", {"x", false, std::pair{0.0, 1.0}}, {"y", false, std::pair{-0.00012, 0.00012}});
+  plot.points("p", {0}, {0});
+  plot.hide_legend();
+  // "-0.0001" takes 7 characters, so that the frame begins further right than at 62.
+  EXPECT_THAT(plot.svg(300, 200), Not(HasSubstr("cx=\"62.00\"")));
+}
+
+TEST(Plot, NoTwoNamesLookAlike) {
+  for (const int names : {1, 7, 8, 12, 40}) {
+    Plot plot("t", {"x"}, {"y"});
+    for (int i = 0; i < names; ++i)
+      plot.line("line " + std::to_string(i), {0, 1}, {1.0 * i, 1.0 * i});
+    const std::string svg = plot.svg(460, 340);
+    std::set<std::string> colours;
+    const std::string before = "class=\"line\" stroke=\"";
+    for (auto at = svg.find(before); at != std::string::npos; at = svg.find(before, at + 1))
+      colours.insert(svg.substr(at + before.size(), 7));
+    EXPECT_EQ(colours.size(), names);
+    // The legend stays within the panel, and has the first name in any case.
+    EXPECT_LE(count_of(svg, "class=\"key\""), 16);
+    EXPECT_EQ(count_of(svg, ">line 0</text>"), 1);
+    EXPECT_EQ(count_of(svg, "class=\"key\""), names <= 16 ? names : 14);
+  }
 }
 
 TEST(Plot, RefusesWhatCannotBeDrawn) {

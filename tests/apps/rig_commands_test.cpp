@@ -120,7 +120,7 @@ TEST_F(RigCommands, JogReadsTheMeter) {
        rig_file("[spectroradiometer]\ndriver = \"jeti\"\nport = \"" + path("jeti") + "\"\n")},
       typing);
   EXPECT_EQ(outcome.status, 1) << "some of it was refused";
-  EXPECT_THAT(outcome.out, AllOf(HasSubstr("cd/m^2, x 0."), HasSubstr("white.csv: 401 values")));
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("cd/m², x 0."), HasSubstr("white.csv: 401 values")));
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("say aim on or aim off"), HasSubstr("1 of the")));
   EXPECT_THAT(read_text(path("white.csv")),
               AllOf(HasSubstr("wavelength_nm,radiance_w_sr_m2_nm\n380,"), HasSubstr("\n780,")));

@@ -226,5 +226,45 @@ TEST(Board, CornersOfADrawnBoard) {
   EXPECT_FALSE(find_board(picture, Board{6, 4, 40}));
 }
 
+// Boards of which find_board() finds a part, and the whole ones: 54 of 9x6 on OpenCV's pictures.
+TEST(Board, APartOfABoardGoesOnBeyondItAndAWholeOneDoesNot) {
+  const auto folder = shared_folder("data/camera_calibration/opencv_9x6");
+  REQUIRE_SHARED(folder);
+  int parts = 0;
+  for (const char* side : {"left", "right"})
+    for (const char* number : {"01", "02", "04", "05", "06", "08", "09", "12", "13"}) {
+      const cv::Mat1b grey = read_grey_picture(folder / (std::string(side) + number + ".jpg"));
+      const auto whole = find_board(grey, kBoard);
+      ASSERT_TRUE(whole) << side << number;
+      EXPECT_FALSE(goes_on_beyond(grey, kBoard, *whole)) << side << number;
+      for (const Board& smaller : {Board{8, 6, 25}, Board{7, 6, 25}, Board{6, 8, 25}})
+        if (const auto part = find_board(grey, smaller)) {
+          ++parts;
+          EXPECT_TRUE(goes_on_beyond(grey, smaller, *part)) << side << number;
+        }
+    }
+  EXPECT_GT(parts, 30);
+  const cv::Mat1b empty(480, 640, std::uint8_t{200});
+  EXPECT_THROW(goes_on_beyond(empty, kBoard, {}), ArgumentError);
+  EXPECT_FALSE(goes_on_beyond(empty, Board{3, 3, 1},
+                              std::vector<Eigen::Vector2d>(9, Eigen::Vector2d(5, 5))));
+}
+
+TEST(Board, BumblebeesBoardsAreWhole) {
+  const auto folder = shared_folder("data/camera_calibration/bumblebee2_chess");
+  REQUIRE_SHARED(folder);
+  int found = 0;
+  for (const char* side : {"left", "right"})
+    for (const char* number : {"01", "02", "04", "05", "07", "08", "10", "11"}) {
+      const cv::Mat1b grey = read_grey_picture(folder / (std::string(side) + number + ".jpg"));
+      const Board board{4, 6, 30};
+      if (const auto corners = find_board(grey, board)) {
+        ++found;
+        EXPECT_FALSE(goes_on_beyond(grey, board, *corners)) << side << number;
+      }
+    }
+  EXPECT_EQ(found, 16);
+}
+
 }  // namespace
 }  // namespace wheatstone
