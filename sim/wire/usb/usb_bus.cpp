@@ -405,6 +405,10 @@ void UsbDevicePeer::unplug() {
   impl_->take_away();
 }
 
+void UsbDevicePeer::forbid() {
+  impl_->bed.forbid(impl_->node.path());
+}
+
 void UsbDevicePeer::refuse_claims(int error) {
   const std::lock_guard lock(impl_->mutex);
   impl_->claim_error = error;
