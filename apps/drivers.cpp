@@ -5,6 +5,7 @@
 
 #include "hardware/network/e131_driver.h"
 #include "hardware/still/replay_camera.h"
+#include "sim/display_outputs.h"
 #ifdef WHEATSTONE_HAS_HIDAPI
 #include "hardware/hid/hid_drivers.h"
 #endif
@@ -82,6 +83,7 @@ void add_still_cameras(const std::vector<DeviceDiagnosis>& found, std::vector<Ot
 DriverCatalogue all_drivers() {
   DriverCatalogue catalogue;
   add_simulated_drivers(catalogue);
+  add_simulated_outputs_driver(catalogue);
   add_serial_drivers(catalogue);
   add_stream_drivers(catalogue);
   add_meter_drivers(catalogue);

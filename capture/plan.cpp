@@ -105,8 +105,10 @@ CaptureForecast forecast(const std::vector<Shot>& shots, const CapturePlan& plan
     before = &shot;
   }
   const Intrinsics& k = rig.camera_profile.intrinsics;
-  out.bytes = static_cast<std::uintmax_t>(out.frames) * static_cast<std::uintmax_t>(k.width_px) *
-              static_cast<std::uintmax_t>(k.height_px) * 2;
+  const auto photosites =
+      static_cast<std::uintmax_t>(k.width_px) * static_cast<std::uintmax_t>(k.height_px);
+  out.bytes = static_cast<std::uintmax_t>(out.frames) *
+              (2 * photosites + rig.camera->largest_file(photosites));
   return out;
 }
 

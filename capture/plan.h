@@ -57,7 +57,8 @@ std::vector<Shot> shots_of(const CapturePlan&, Length travel);
 struct CaptureForecast {
   int frames = 0;
   double duration_s = 0;
-  std::uintmax_t bytes = 0;  // at most; lossless compression saves some of it
+  // At most, with the camera's own files; lossless compression saves some of it.
+  std::uintmax_t bytes = 0;
 };
 /// For the shots still to be taken, in order, by a carriage that has just been homed.
 CaptureForecast forecast(const std::vector<Shot>&, const CapturePlan&, const Rig&);

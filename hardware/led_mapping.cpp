@@ -27,4 +27,17 @@ std::vector<int> places_on_wire(const LedMapping& m) {
   return places;
 }
 
+void require_gamma(const std::string& what, double gamma) {
+  if (!(gamma >= kLeastLedGamma && gamma <= kMostLedGamma))
+    throw ArgumentError(fmt::format("{} gamma {} of LEDs cannot be", what, gamma),
+                        fmt::format("use {} to {}", kLeastLedGamma, kMostLedGamma));
+}
+
+void require_response(const std::array<double, 3>& gamma, double max_mean_drive) {
+  for (const double g : gamma) require_gamma("response", g);
+  if (!(max_mean_drive > 0 && max_mean_drive <= 1))
+    throw ArgumentError(fmt::format("mean drive {} is no limit", max_mean_drive),
+                        "use more than 0, at most 1");
+}
+
 }  // namespace wheatstone

@@ -1,6 +1,8 @@
 #pragma once
-// How the LEDs of an array hang on their wire.
+// What the set-up of an LED array says, whatever drives it: how its LEDs hang on their wire, how
+// they answer, how much light they may give.
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -18,5 +20,13 @@ struct LedMapping {
 /// For each LED, row by row, its place on the wire, from 0. Throws ArgumentError for another corner
 /// or sizes outside [1, 512].
 std::vector<int> places_on_wire(const LedMapping&);
+
+inline constexpr double kLeastLedGamma = 0.2, kMostLedGamma = 5;
+/// Throws ArgumentError for an exponent outside of these; `what` it is of.
+void require_gamma(const std::string& what, double gamma);
+
+/// Throws ArgumentError for exponents of R, G, B that require_gamma() refuses, and for a limit of
+/// the mean drive outside (0, 1].
+void require_response(const std::array<double, 3>& gamma, double max_mean_drive);
 
 }  // namespace wheatstone

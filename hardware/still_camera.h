@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ class StillCamera : public Device {
   virtual Duration offered_exposure(Duration) const = 0;
   /// How long expose() takes when nothing goes wrong.
   virtual Duration frame_duration(Duration exposure) const = 0;
+  /// How many bytes the camera's own file (RawFrame::file) of so many photosites has at most; 0:
+  /// it makes none.
+  virtual std::uintmax_t largest_file(std::uintmax_t photosites) const = 0;
   /// Takes one frame at offered_exposure(); the shutter is closed when this returns. Throws
   /// kTimeout (the shutter may still be open), kFault (the camera took something else, or its file
   /// is damaged), kRefused (its card is full).

@@ -21,6 +21,7 @@ class SimulatedCamera final : public StillCamera {
   /// Any from 1/8000 s to 30 s.
   Duration offered_exposure(Duration) const override;
   Duration frame_duration(Duration exposure) const override;
+  std::uintmax_t largest_file(std::uintmax_t) const override { return 0; }
   /// The noise depends on what is seen for how long, and how often that
   /// was taken already; not on what else was taken.
   RawFrame expose(Duration, Deadline) override;

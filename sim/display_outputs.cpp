@@ -38,17 +38,21 @@ std::vector<Place> places() {
 
 }  // namespace
 
-SimulatedDisplayOutputs::SimulatedDisplayOutputs(World& world) : world_(world) {
+SimulatedDisplayOutputs::SimulatedDisplayOutputs() {
   for (const Place& place : places()) outputs.push_back(place.output);
 }
 
+SimulatedDisplayOutputs::SimulatedDisplayOutputs(World& world) : SimulatedDisplayOutputs() {
+  faults_ = &world.faults;
+}
+
 std::vector<DisplayOutput> SimulatedDisplayOutputs::enumerate(Deadline deadline) {
-  world_.faults.meet("display outputs", deadline);
+  if (faults_) faults_->meet("display outputs", deadline);
   return outputs;
 }
 
 void SimulatedDisplayOutputs::neutralise(Deadline deadline) {
-  world_.faults.meet("display outputs", deadline);
+  if (faults_) faults_->meet("display outputs", deadline);
   for (DisplayOutput& o : outputs) o.gamma_is_identity = true;
 }
 
@@ -61,6 +65,18 @@ std::vector<WantedOutput> wanted_simulated_outputs() {
                    o.refresh_hz, o.bits_per_channel});
   }
   return out;
+}
+
+void add_simulated_outputs_driver(DriverCatalogue& catalogue) {
+  catalogue.add<DisplayOutputs>(kSimulatedDriver, [](const TomlTable&) {
+    DevicePlan<DisplayOutputs> plan;
+    plan.open = [](RigContext& context) {
+      auto outputs = std::make_unique<SimulatedDisplayOutputs>();
+      outputs->neutralise(context.deadline);  // no desktop has been at work there
+      return outputs;
+    };
+    return plan;
+  });
 }
 
 }  // namespace wheatstone

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hardware/display_outputs.h"
+#include "hardware/rig_file/driver_catalogue.h"
 #include "sim/world.h"
 
 namespace wheatstone {
@@ -12,7 +13,10 @@ namespace wheatstone {
 /// share one EDID, as cheap panels do. A test may change `outputs` as a hand at the cables would.
 class SimulatedDisplayOutputs final : public DisplayOutputs {
  public:
-  explicit SimulatedDisplayOutputs(World& world);
+  /// Nothing goes wrong with them.
+  SimulatedDisplayOutputs();
+  /// The faults are this world's.
+  explicit SimulatedDisplayOutputs(World&);
 
   DeviceIdentity identity() const override {
     return {"simulated", "twin of the video outputs", "", "", ""};
@@ -23,10 +27,14 @@ class SimulatedDisplayOutputs final : public DisplayOutputs {
   std::vector<DisplayOutput> outputs;
 
  private:
-  World& world_;
+  FaultScript* faults_ = nullptr;
 };
 
 /// What a rig file would say of them.
 std::vector<WantedOutput> wanted_simulated_outputs();
+
+/// Driver "simulated" of the rig file's [display_outputs]. Unlike the twin's other devices they can
+/// be opened by themselves: nothing in the world depends on them.
+void add_simulated_outputs_driver(DriverCatalogue&);
 
 }  // namespace wheatstone

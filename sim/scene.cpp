@@ -1,6 +1,7 @@
 #include "sim/scene.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/collaborative_call_once.h>
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
@@ -49,6 +50,7 @@ struct Scene::Impl {
   float led_intensity = 0;  // of one LED in cd/m^2 mm^2, at drive 1
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  tbb::collaborative_once_flag baked;
 
   ~Impl() {
     if (scene) rtcReleaseScene(scene);
@@ -152,6 +154,13 @@ struct Scene::Impl {
     });
   }
 
+  // Whoever needs it first may be in a parallel loop: those that wait for it help.
+  void bake_once() {
+    tbb::collaborative_call_once(baked, [&] {
+      for (Surface& s : surfaces) bake(s);
+    });
+  }
+
   // Phong lobe of exponent 32 summed over the LEDs, in cd/m^2 at drive 1. Occlusion by other
   // objects is left out: no object of ours stands between a sphere and the ceiling.
   float phong(const Vector3f& p, const Vector3f& n, const Vector3f& to_eye) const {
@@ -207,12 +216,12 @@ Scene::Scene(const std::string& name) : impl_(std::make_unique<Impl>()) {
   impl_->surfaces = sim_detail::make_surfaces(name);
   impl_->place_leds();
   impl_->build();
-  for (Surface& s : impl_->surfaces) impl_->bake(s);
 }
 
 Scene::~Scene() = default;
 
 void Scene::radiance(const Ray* rays, int count, const BoxLight& light, Vector3f* rgb) const {
+  if (light.led_drive > 0) impl_->bake_once();
   alignas(32) int valid[kPacket];
   RTCRayHit8 query;
   for (int k = 0; k < kPacket; ++k) {

@@ -31,13 +31,13 @@ inline const Eigen::Vector3d kBoxSizeMm(370, 260, 360);
 std::array<Eigen::Vector3d, kMarkerCount> marker_positions_rsb_mm();
 const std::vector<std::string>& scene_names();
 
-/// Immutable after construction; safe to use from many threads.
+/// Safe to use from many threads. The irradiance of the surfaces is baked when a ray meets the
+/// ceiling's light for the first time: most rigs never look at their box.
 class Scene {
  public:
   static constexpr int kPacket = 8;
 
-  /// Builds the geometry and bakes the irradiance of every surface. Throws ArgumentError for an
-  /// unknown name.
+  /// Throws ArgumentError for an unknown name.
   explicit Scene(const std::string& name);
   ~Scene();
   Scene(const Scene&) = delete;

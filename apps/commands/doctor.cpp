@@ -52,11 +52,11 @@ void doctor(const std::string& file, bool as_json) {
   } else {
     const auto text = [](const json& j, const char* key) { return j.value(key, std::string()); };
     const json& gl = report["opengl"];
-    fmt::print("{:18} {:12} {}\n", "OpenGL", text(gl, "status"),
+    fmt::print("{:28} {:12} {}\n", "OpenGL", text(gl, "status"),
                gl.contains("problem") ? text(gl, "problem")
                                       : text(gl, "version") + " on " + text(gl, "renderer"));
     for (const json& d : report["devices"])
-      fmt::print("{:18} {:12} {}\n", text(d, "role"), text(d, "status"),
+      fmt::print("{:28} {:12} {}\n", text(d, "role"), text(d, "status"),
                  d.contains("problem")
                      ? text(d, "problem")
                      : fmt::format("{}{}{}{}", text(d, "driver"),
@@ -64,7 +64,7 @@ void doctor(const std::string& file, bool as_json) {
                                    text(d, "model").empty() ? "" : ", " + text(d, "model"),
                                    text(d, "firmware").empty() ? "" : " " + text(d, "firmware")));
     for (const json& o : report["other_devices"])
-      fmt::print("{:18} {:12} {}{}{}\n", text(o, "what"), "not named", text(o, "address"),
+      fmt::print("{:28} {:12} {}{}{}\n", text(o, "what"), "not named", text(o, "address"),
                  text(o, "problem").empty() ? "" : ": ", text(o, "problem"));
   }
   if (wrong > 0)

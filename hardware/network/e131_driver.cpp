@@ -20,7 +20,8 @@ DevicePlan<LedArray> read_e131(const TomlTable& table) {
   s.mapping = read_led_mapping(table);
   s.leds_per_universe =
       static_cast<int>(table.integer_or("leds_per_universe", s.leds_per_universe, 1, 170));
-  if (table.has("response_gamma")) s.response_gamma = table.numbers<3>("response_gamma", 0.2, 5);
+  if (table.has("response_gamma"))
+    s.response_gamma = table.numbers<3>("response_gamma", kLeastLedGamma, kMostLedGamma);
   s.max_mean_drive = table.number_or("max_mean_drive", s.max_mean_drive, 1e-3, 1);
   try {
     e131_universes(s);

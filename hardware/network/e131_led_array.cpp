@@ -18,12 +18,7 @@ constexpr int kTerminations = 3;            // E1.31, 6.2.6
 constexpr std::uint8_t kOldSequences = 20;  // E1.31, 6.7.2: so many behind are dropped
 
 E131Settings checked(const E131Settings& s) {
-  for (const double g : s.response_gamma)
-    if (!(g >= 0.2 && g <= 5))
-      throw ArgumentError(fmt::format("response gamma {} of LEDs cannot be", g), "use 0.2 to 5");
-  if (!(s.max_mean_drive > 0 && s.max_mean_drive <= 1))
-    throw ArgumentError(fmt::format("mean drive {} is no limit", s.max_mean_drive),
-                        "use more than 0, at most 1");
+  require_response(s.response_gamma, s.max_mean_drive);
   if (s.leds_per_universe < 1 || s.leds_per_universe > kE131Slots / 3)
     throw ArgumentError(fmt::format("{} LEDs do not fit a universe", s.leds_per_universe),
                         "use 1 to 170");

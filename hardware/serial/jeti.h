@@ -34,7 +34,9 @@ class Jeti final : public Spectroradiometer {
   SpectroradiometerRange range() const override { return range_; }
   void configure(const Settings&, Deadline) override;
   /// Takes about 3.6 s and twice the integration. A spectrum that lost lines on its way is asked
-  /// for again, five times in all. Throws also kNotReady while the diffuser is on, and kRefused.
+  /// for again, five times in all. The reading's integration stays 0: the device adapts it, and no
+  /// command that we know tells which it took. Throws also kNotReady while the diffuser is on, and
+  /// kRefused.
   SpectralReading measure(Deadline) override;
   void aim(bool on, Deadline) override;
   void abort() noexcept override;

@@ -236,6 +236,12 @@ Duration GphotoCamera::frame_duration(Duration exposure) const {
   return exposure + settings_.delivery;
 }
 
+std::uintmax_t GphotoCamera::largest_file(std::uintmax_t photosites) const {
+  // 16 bits for each; the masked margin and previews are a quarter of that at most.
+  constexpr std::uintmax_t kHeaders = 1 << 20;
+  return 5 * photosites / 2 + kHeaders;
+}
+
 RawFrame GphotoCamera::expose(Duration wanted, Deadline deadline) {
   const Exposure exposure = nearest(wanted);
   if (lost_)

@@ -43,6 +43,8 @@ class GphotoCamera final : public StillCamera {
   DeviceIdentity identity() const override { return identity_; }
   Duration offered_exposure(Duration) const override;
   Duration frame_duration(Duration exposure) const override;
+  /// Nothing tells before the picture is there: as if no body compressed its raw files.
+  std::uintmax_t largest_file(std::uintmax_t photosites) const override;
   RawFrame expose(Duration, Deadline) override;
   void abort() noexcept override { thread_.interrupt(); }
 

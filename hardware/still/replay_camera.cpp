@@ -27,6 +27,9 @@ ReplayCamera::ReplayCamera(const fs::path& folder) : folder_(folder) {
     throw DeviceError(Kind::kNotFound, "there are no pictures in " + folder.string(),
                       "name a folder of camera raw files");
   std::sort(files_.begin(), files_.end());
+  for (const fs::path& file : files_)
+    if (const std::uintmax_t bytes = fs::file_size(file, error); !error)
+      largest_file_ = std::max(largest_file_, bytes);
   read_next();
   identity_ = {"replay", next_ ? next_->camera : "", next_ ? next_->serial : "", "",
                folder.string()};

@@ -1,6 +1,7 @@
 #pragma once
 // A folder of camera raw files in place of a camera.
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -25,6 +26,8 @@ class ReplayCamera final : public StillCamera {
   /// The next file's time; kOutOfRange if another one is asked for.
   Duration offered_exposure(Duration) const override;
   Duration frame_duration(Duration exposure) const override { return exposure; }
+  /// The largest of the files, whatever their pictures' size.
+  std::uintmax_t largest_file(std::uintmax_t) const override { return largest_file_; }
   /// kFault for a file that cannot be read or does not say its exposure time, again and again.
   RawFrame expose(Duration, Deadline) override;
   void abort() noexcept override {}  // nothing takes long
@@ -36,6 +39,7 @@ class ReplayCamera final : public StillCamera {
   std::filesystem::path folder_;
   std::vector<std::filesystem::path> files_;
   std::size_t done_ = 0;
+  std::uintmax_t largest_file_ = 0;
   DeviceIdentity identity_;
   std::vector<std::byte> bytes_;
   std::optional<CameraRaw> next_;

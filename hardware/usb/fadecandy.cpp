@@ -16,15 +16,8 @@ constexpr UsbRequest kKeyFramesReceived{0xc0, 1, 0, 1};
 constexpr Duration kOpenLimit = Duration::of(0.6);
 
 FadecandySettings checked(const FadecandySettings& s) {
-  const auto gamma_fits = [](double g) { return g >= 0.2 && g <= 5; };
-  for (const double g : s.response_gamma)
-    if (!gamma_fits(g))
-      throw ArgumentError(fmt::format("response gamma {} of LEDs cannot be", g), "use 0.2 to 5");
-  if (!gamma_fits(s.code_gamma))
-    throw ArgumentError(fmt::format("code gamma {} cannot be", s.code_gamma), "use 0.2 to 5");
-  if (!(s.max_mean_drive > 0 && s.max_mean_drive <= 1))
-    throw ArgumentError(fmt::format("mean drive {} is no limit", s.max_mean_drive),
-                        "use more than 0, at most 1");
+  require_response(s.response_gamma, s.max_mean_drive);
+  require_gamma("code", s.code_gamma);
   return s;
 }
 

@@ -7,7 +7,6 @@ namespace wheatstone {
 namespace {
 
 DevicePlan<LedArray> read_fadecandy(const TomlTable& table) {
-  constexpr double kLeastGamma = 0.2, kMostGamma = 5;
   FadecandySettings s;
   s.usb_serial = table.text_or("usb_serial", "");
   s.mapping = read_led_mapping(table);
@@ -15,8 +14,8 @@ DevicePlan<LedArray> read_fadecandy(const TomlTable& table) {
       static_cast<int>(table.integer_or("leds_per_strand", s.leds_per_strand, 1, kFadecandyStrand));
   s.strand_offset = static_cast<int>(table.integer_or("strand_offset", 0, 0, kFadecandyStrand - 1));
   if (table.has("response_gamma"))
-    s.response_gamma = table.numbers<3>("response_gamma", kLeastGamma, kMostGamma);
-  s.code_gamma = table.number_or("code_gamma", s.code_gamma, kLeastGamma, kMostGamma);
+    s.response_gamma = table.numbers<3>("response_gamma", kLeastLedGamma, kMostLedGamma);
+  s.code_gamma = table.number_or("code_gamma", s.code_gamma, kLeastLedGamma, kMostLedGamma);
   s.dither = table.flag_or("dither", s.dither);
   s.interpolate = table.flag_or("interpolate", s.interpolate);
   s.max_mean_drive = table.number_or("max_mean_drive", s.max_mean_drive, 1e-3, 1);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -18,8 +19,10 @@ namespace wheatstone::apps {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::Pair;
 
 const std::string kSafety = "[safety]\nluminance_limit_cd_m2 = 3000\n";
 const std::string kSimulated = std::string(WHEATSTONE_SOURCE_DIR) + "/rigs/simulated.toml";
@@ -52,10 +55,32 @@ TEST_F(RigCommands, DoctorFindsTheSimulatedRigInOrder) {
   const Outcome outcome = run_program({"doctor", "--rig", kSimulated, "--json"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(report.at("devices").size(), 9U);
+  EXPECT_EQ(report.at("devices").size(), 10U + 9U) << "kinds of devices and displays";
   for (const auto& device : report.at("devices")) EXPECT_EQ(device.at("status"), "ok");
   EXPECT_THAT(run_program({"doctor", "--rig", kSimulated}).out,
               AllOf(HasSubstr("stage"), HasSubstr("camera"), HasSubstr("OpenGL")));
+}
+
+TEST_F(RigCommands, DoctorTellsWhichDisplaysTheTwinLacks) {
+  const std::string twin = read_text(kSimulated), file = path("rig.toml");
+  const auto status_of = [&](const std::string& from, const std::string& to) {
+    std::string changed = twin;
+    changed.replace(changed.find(from), from.size(), to);
+    write_text_atomically(file, changed);
+    const Outcome outcome = run_program({"doctor", "--rig", file, "--json"});
+    EXPECT_EQ(outcome.status, 1) << to;
+    std::map<std::string, std::string> wrong;
+    const auto report = nlohmann::json::parse(outcome.out);
+    for (const auto& device : report.at("devices"))
+      if (device.at("status") != "ok") wrong[device.at("role")] = device.at("problem");
+    return wrong;
+  };
+  EXPECT_THAT(status_of("serial = 103", "serial = 999"),
+              ElementsAre(Pair("output right_near_lcd", HasSubstr("identity"))));
+  EXPECT_THAT(status_of("connector = \"SIM-2\"", "connector = \"SIM-10\""),
+              ElementsAre(Pair("output left_near_projector", HasSubstr("SIM-10"))));
+  EXPECT_THAT(status_of("width_px = 1920", "width_px = 3840"),
+              ElementsAre(Pair("output operator", HasSubstr("mode"))));
 }
 
 TEST_F(RigCommands, DoctorNamesWhatIsWrongWithItsRemedy) {

@@ -326,6 +326,20 @@ TEST_F(SessionTest, TheCamerasOwnFilesAreKeptBesideTheFrames) {
   EXPECT_TRUE(contents == whole_) << "all else is as without them";
 }
 
+TEST_F(SessionTest, TheForecastHasRoomForTheCamerasOwnFiles) {
+  TroubledRig rig;
+  const auto bytes = [&] {
+    const Rig devices = rig.rig();
+    return forecast(shots_of(kPlan, devices.stage->travel()), kPlan, devices).bytes;
+  };
+  const std::uintmax_t without = bytes();
+  rig.file_bytes = 12'345;
+  EXPECT_EQ(bytes(), without + kFrames * std::uintmax_t{12'345});
+  rig.file_bytes = UINT64_C(1) << 56;  // no disk has so much for each frame
+  EXPECT_THAT(capture(rig, folder_.path), ::testing::HasSubstr("the disk has"));
+  EXPECT_EQ(rig.frames, 0);
+}
+
 TEST_F(SessionTest, DamagedAndLostCameraFilesAreTakenAgainWithTheirFrames) {
   TroubledRig rig, again;
   make_files(rig);

@@ -1,6 +1,7 @@
 #pragma once
 // The simulated rig with devices that can go wrong on cue and that watch each other.
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -23,6 +24,9 @@ class TroubledRig {
   std::function<void(int)> before_move;
   /// May change where the carriage says that it stands.
   std::function<Length(int, Length)> after_move;
+
+  /// What the camera says that its own files need; 0: as the twin's.
+  std::uintmax_t file_bytes = 0;
 
   int frames = 0, moves = 0;
   bool moved_with_open_shutter = false;
@@ -78,6 +82,9 @@ class TroubledRig {
     void abort() noexcept override { camera_.abort(); }
     Duration frame_duration(Duration exposure) const override {
       return camera_.frame_duration(exposure);
+    }
+    std::uintmax_t largest_file(std::uintmax_t photosites) const override {
+      return owner_.file_bytes ? owner_.file_bytes : camera_.largest_file(photosites);
     }
     RawFrame expose(Duration exposure, Deadline deadline) override {
       const int n = owner_.frames++;

@@ -43,6 +43,8 @@ class Backend {
   virtual Clock& clock() = 0;
   virtual void unplug() = 0;
   World& world() { return world_; }
+  /// White on the display, while nobody records it.
+  virtual void light_up() { show_white(world_); }
 
  protected:
   World world_{"card", 0.02, 7};
@@ -72,6 +74,9 @@ class SerialBackend final : public Backend {
   SerialPhotodiodeSettings settings() const { return {peer_.path(), 921600, "SIM-PHOTODIODE"}; }
   Clock& clock() override { return clock_; }
   void unplug() override { peer_.unplug(); }
+  void light_up() override {
+    peer_.with_firmware([&] { show_white(world_); });
+  }
   PtyPeer& peer() { return peer_; }
   PhotodiodeFirmware& firmware() { return firmware_; }
   void close() { sensor_.reset(); }
@@ -127,7 +132,7 @@ TEST_P(LightSensorContract, RecordsAsLongAsItIsAsked) {
 
 TEST_P(LightSensorContract, LevelsAreLinearInLight) {
   const double dark = mean(record(0.05));
-  show_white(backend_->world());
+  backend_->light_up();
   const LightTrace lit = record(0.05);
   EXPECT_LT(dark, 0.01);
   EXPECT_GT(mean(lit), 0.2);
@@ -250,7 +255,7 @@ TEST_P(PhotodiodeFaults, EndAsDocumented) {
   LightSensor& sensor = backend.sensor();
   const auto later = [] { return SteadyClock().in(Duration::of(2)); };
   sensor.record(Duration::of(0.01), later());
-  if (what == "saturated") show_white(backend.world());
+  if (what == "saturated") backend.light_up();
   std::jthread hand;
   if (state == "recording" && what == "unplugged")
     hand = std::jthread([&](const std::stop_token& stop) {
@@ -289,7 +294,7 @@ TEST_P(SimulatedLightSensorFaults, EndAsDocumented) {
     backend.sensor().record(Duration::of(0.1), backend.clock().in(Duration::of(1)));
   };
   if (saturated)
-    show_white(backend.world());
+    backend.light_up();
   else
     arm(backend.world().faults, "light sensor", fault);
   expect_fault(fault, [&](const Deadline&) { record(); });
@@ -327,8 +332,8 @@ TEST_F(LightSensorOddities, BlockNumbersWrap) {
 TEST_F(LightSensorOddities, WhatItSeesIsWhatTheTwinSees) {
   SerialBackend wire;
   TwinBackend twin;
-  for (Backend* b : {static_cast<Backend*>(&wire), static_cast<Backend*>(&twin)})
-    show_white(b->world());
+  wire.light_up();
+  twin.light_up();
   const auto levels = [](Backend& b) {
     return b.sensor().record(Duration::of(0.05), b.clock().in(Duration::of(2))).levels;
   };

@@ -1,6 +1,8 @@
 #pragma once
 // ResourceWatch for drivers on devices that umockdev emulates.
 
+#include <unistd.h>
+
 #include <chrono>
 #include <filesystem>
 #include <iterator>
@@ -14,6 +16,24 @@ namespace wheatstone {
 inline std::ptrdiff_t open_handles() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
+
+/// Root may open everything: the call that shall be refused is made as nobody. All threads of the
+/// process are nobody meanwhile, also to access().
+class AsNobody {
+ public:
+  AsNobody() {
+    if (root_ && ::setresuid(kNobody, kNobody, 0) != 0) ADD_FAILURE() << "root for ever";
+  }
+  ~AsNobody() {
+    if (root_ && ::setresuid(0, 0, 0) != 0) ADD_FAILURE() << "nobody for ever";
+  }
+  AsNobody(const AsNobody&) = delete;
+  AsNobody& operator=(const AsNobody&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  bool root_ = ::geteuid() == 0;
+};
 
 /// Waits till the emulation, which is slow to notice that a client is gone, has let go of it.
 inline void settle_handles() {

@@ -48,8 +48,8 @@ class TwinStageBackend final : public StageBackend {
   SimulatedStage stage_{world_};
 };
 
-/// The emulated controller runs twenty times as fast as a real one.
-inline constexpr double kEmulatorSpeed = 20;
+/// The emulated controllers run so many times as fast as real ones; the Arduino's carriage crawls.
+inline constexpr double kGrblSpeed = 20, kArduinoSpeed = 60;
 
 class GrblBackend : public StageBackend {
  public:
@@ -82,7 +82,7 @@ class GrblBackend : public StageBackend {
  private:
   SteadyClock clock_;
   GrblFirmware firmware_;
-  PtyPeer peer_{firmware_, {}, kEmulatorSpeed};
+  PtyPeer peer_{firmware_, {}, kGrblSpeed};
   std::unique_ptr<GrblRail> stage_;
 };
 
@@ -118,7 +118,7 @@ class ArduinoBackend : public StageBackend {
  private:
   SteadyClock clock_;
   ArduinoGantryFirmware firmware_;
-  PtyPeer peer_{firmware_, {}, kEmulatorSpeed};
+  PtyPeer peer_{firmware_, {}, kArduinoSpeed};
   std::unique_ptr<ArduinoGantry> stage_;
 };
 

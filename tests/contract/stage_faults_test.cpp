@@ -176,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Stages, GrblFaults, ::testing::ValuesIn(kGrblFaults),
 
 struct ArduinoUnderTest : ArduinoBackend {
   using ArduinoBackend::ArduinoBackend;
-  static constexpr double kFarMm = 40;
+  static constexpr double kFarMm = 120;  // well within the deadline
   void disturb(const std::string&) { firmware().restart(); }
   static std::string earlier_answer() { return "42\r\n"; }
   void before_order(const std::string&, const std::function<void()>& act) const { act(); }

@@ -276,11 +276,7 @@ void HidPeer::unplug_after(int transfers) {
 }
 
 void HidPeer::forbid() {
-  // Others see the tree, as they see the real /dev and /sys.
-  fs::permissions(impl_->bed.real_path("/"), fs::perms(0755));
-  // umockdev ends programs that do not reach the handler.
-  fs::permissions(impl_->bed.real_path("/ioctl" + node().string()), fs::perms(0777));
-  fs::permissions(impl_->bed.real_path(node()), fs::perms::none);
+  impl_->bed.forbid(node().string());
 }
 
 }  // namespace wheatstone

@@ -50,6 +50,15 @@ void MockBed::detach(const std::string& node) {
   umockdev_testbed_detach_ioctl(bed_.get(), node.c_str(), nullptr);
 }
 
+void MockBed::forbid(const std::string& node) {
+  // Others see the tree, as they see the real /dev and /sys, and may watch it: umockdev's monitors
+  // are sockets in it.
+  fs::permissions(root_, fs::perms(0777));
+  // umockdev ends programs that do not reach the handler.
+  fs::permissions(real_path("/ioctl" + node), fs::perms(0777));
+  fs::permissions(real_path(node), fs::perms::none);
+}
+
 void MockBed::announce(const std::string& device, const char* action) {
   umockdev_testbed_uevent(bed_.get(), device.c_str(), action);
 }

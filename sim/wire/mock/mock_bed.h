@@ -33,6 +33,8 @@ class MockBed {
   void attach(const std::string& node, UMockdevIoctlBase* handler);
   void detach(const std::string& node);
   void announce(const std::string& device, const char* action);
+  /// Only root may open `node` from now on.
+  void forbid(const std::string& node);
 
   /// Where "/dev/x" really lies.
   std::filesystem::path real_path(const std::string& node) const { return root_.string() + node; }

@@ -1,14 +1,9 @@
 #include "sim/wire/usb/usb_bus.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
 #include <linux/usbdevice_fs.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
@@ -21,13 +16,11 @@
 #include <thread>
 #include <utility>
 
-#include "hardware/device_error.h"
+#include "sim/wire/usb/usb_node.h"
 
 namespace wheatstone {
 namespace {
 
-namespace fs = std::filesystem;
-using Kind = DeviceError::Kind;
 using End = UsbReply::End;
 
 constexpr std::uint32_t kCapabilities =
@@ -37,56 +30,10 @@ constexpr std::size_t kLongestTransfer = 64 << 20;
 constexpr std::uint8_t kToHost = 0x80;
 constexpr std::uint8_t kClearFeature = 1, kOfEndpoint = 2;
 
-std::string hex(const std::vector<std::uint8_t>& bytes) {
-  std::string out;
-  for (const std::uint8_t b : bytes) out += fmt::format("{:02X}", b);
-  return out;
-}
-
-/// umockdev takes only text.
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return text;
-}
-
 UsbSetup parse_setup(const std::uint8_t* b) {
   const auto word = [&](int at) { return static_cast<std::uint16_t>(b[at] | b[at + 1] << 8); };
   return {b[0], b[1], word(2), word(4), word(6)};
 }
-
-/// The pipe in place of the node. libusb waits until a node can be written, which for a plain file
-/// is always; a full pipe cannot, until something is taken out of it.
-class Doorbell {
- public:
-  explicit Doorbell(const fs::path& node) {
-    fs::remove(node);
-    if (::mkfifo(node.c_str(), 0666) == 0)
-      handle_ = ::open(node.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (handle_ < 0)
-      throw DeviceError(Kind::kFault, "no pipe can be made for an emulated USB device",
-                        "check the room in the temporary folder");
-    ::fcntl(handle_, F_SETPIPE_SZ, 4096);
-    quiet();
-  }
-  ~Doorbell() { ::close(handle_); }
-  Doorbell(const Doorbell&) = delete;
-  Doorbell& operator=(const Doorbell&) = delete;
-
-  void ring() const {
-    std::array<char, 4096> bytes;
-    while (::read(handle_, bytes.data(), bytes.size()) > 0) {
-    }
-  }
-  void quiet() const {
-    constexpr std::array<char, 4096> kBytes{};
-    while (::write(handle_, kBytes.data(), kBytes.size()) > 0) {
-    }
-  }
-
- private:
-  int handle_ = -1;
-};
 
 std::uintptr_t next_number() {
   static std::atomic<std::uintptr_t> next = 0;
@@ -151,8 +98,7 @@ struct UsbDevicePeer::Impl {
   UsbFirmware& firmware;
   const UsbDescription description;
   const std::uintptr_t number;
-  std::string device, port_name, node;
-  std::unique_ptr<Doorbell> doorbell;
+  UsbNode node;
   OwnedGObject<UMockdevIoctlBase> handler;
 
   std::mutex removal;  // before the next one
@@ -172,52 +118,16 @@ UsbDevicePeer::Impl::Impl(MockBed& b, UsbFirmware& f, const std::string& port)
       firmware(f),
       description(f.description()),
       number(next_number()),
+      node(b, description, static_cast<unsigned>(2 + number % 126), port),
       handler(umockdev_ioctl_base_new()) {
-  const auto address = 2 + number % 126;
-  port_name = "1-" + port;
-  device = "/devices/pci0000:00/0000:00:14.0/usb1/" + port_name;
-  node = fmt::format("/dev/bus/usb/001/{:03}", address);
-
-  const std::vector<std::uint8_t> d = description.device_descriptor();
-  const std::vector<std::uint8_t> c = description.configuration_descriptor();
-  const std::string descriptors = hex(d) + hex(c);
-  std::string text = fmt::format(
-      "P: {}\nN: bus/usb/001/{:03}={}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\n"
-      "E: DEVNAME=/dev/bus/usb/001/{:03}\nE: BUSNUM=001\nE: DEVNUM={:03}\nE: MAJOR=189\n"
-      "E: MINOR={}\nE: PRODUCT={:x}/{:x}/{:x}\nE: ID_VENDOR_ID={:04x}\nE: ID_MODEL_ID={:04x}\n"
-      "A: busnum=1\\n\nA: devnum={}\\n\nA: devpath={}\\n\nA: speed={}\\n\n"
-      "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: bDeviceClass=00\\n\n"
-      "A: bNumInterfaces={:2}\\n\nA: idVendor={:04x}\\n\nA: idProduct={:04x}\\n\n"
-      "A: bcdDevice={:04x}\\n\nA: dev=189:{}\\n\nH: descriptors={}\n",
-      device, address, descriptors, address, address, address - 1, description.vendor,
-      description.product, description.version, description.vendor, description.product, address,
-      port, description.high_speed ? 480 : 12, description.interfaces.size(), description.vendor,
-      description.product, description.version, address - 1, descriptors);
-  const std::pair<const char*, std::string> strings[] = {{"manufacturer", description.manufacturer},
-                                                         {"product", description.model},
-                                                         {"serial", description.serial}};
-  for (const auto& [name, value] : strings)
-    if (!value.empty()) text += fmt::format("A: {}={}\\n\n", name, printable(value));
-  text += "\n";
-  for (std::size_t i = 0; i < description.interfaces.size(); ++i) {
-    const UsbInterface& f_i = description.interfaces[i];
-    text += fmt::format(
-        "P: {}/{}:1.{}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\n"
-        "E: INTERFACE={}/{}/{}\nA: bInterfaceNumber={:02x}\\n\nA: bInterfaceClass={:02x}\\n\n"
-        "A: bInterfaceSubClass={:02x}\\n\nA: bInterfaceProtocol={:02x}\\n\n\n",
-        device, port_name, i, f_i.device_class, f_i.subclass, f_i.protocol, i, f_i.device_class,
-        f_i.subclass, f_i.protocol);
-  }
-  bed.add(text);
-  doorbell = std::make_unique<Doorbell>(bed.real_path(node));
   g_signal_connect(handler.get(), "handle-ioctl", G_CALLBACK(on_ioctl),
                    reinterpret_cast<gpointer>(number));
-  bed.attach(node, handler.get());
+  bed.attach(node.path(), handler.get());
   {
     const std::lock_guard lock(living().mutex);
     living().devices[number] = this;
   }
-  bed.announce("/sys" + device, "add");
+  node.announce();
   worker = std::jthread([this](const std::stop_token& s) { serve(s); });
 }
 
@@ -229,7 +139,7 @@ UsbDevicePeer::Impl::~Impl() {
   take_away();
   worker.request_stop();
   worker.join();
-  bed.detach(node);
+  bed.detach(node.path());
   const std::lock_guard lock(living().mutex);
   living().devices.erase(number);
 }
@@ -343,12 +253,12 @@ int UsbDevicePeer::Impl::reap(UMockdevIoctlClient* client, UMockdevIoctlData* da
   const auto it = std::find_if(finished.begin(), finished.end(),
                                [&](const Urb& u) { return u.client == client; });
   if (it == finished.end()) {
-    doorbell->quiet();
+    node.quiet();
     return unplugged ? ENODEV : EAGAIN;
   }
   umockdev_ioctl_data_set_ptr(data, 0, it->data.get());
   finished.erase(it);
-  if (finished.empty()) doorbell->quiet();
+  if (finished.empty()) node.quiet();
   return 0;
 }
 
@@ -367,7 +277,7 @@ void UsbDevicePeer::Impl::forget(UMockdevIoctlClient* client) {
   std::erase_if(claims, [&](const auto& c) { return c.second == client; });
   for (std::list<Urb>* urbs : {&pending, &finished})
     urbs->remove_if([&](const Urb& u) { return u.client == client; });
-  if (finished.empty()) doorbell->quiet();
+  if (finished.empty()) node.quiet();
 }
 
 UsbReply UsbDevicePeer::Impl::carry_out(const Urb& u, Nanoseconds now) {
@@ -430,7 +340,7 @@ void UsbDevicePeer::Impl::finish(std::list<Urb>::iterator it, int status, std::s
   it->urb().status = status;
   it->urb().actual_length = static_cast<int>(bytes);
   finished.splice(finished.end(), pending, it);
-  doorbell->ring();
+  node.ring();
 }
 
 /// The wire is cut; the machine notices a little later (take_away).
@@ -446,13 +356,7 @@ void UsbDevicePeer::Impl::take_away() {
     const std::lock_guard lock(mutex);
     if (std::exchange(taken_away, true)) return;
   }
-  const std::string path = "/sys" + device;
-  std::vector<std::string> gone;
-  for (std::size_t i = 0; i < description.interfaces.size(); ++i)
-    gone.push_back(fmt::format("{}/{}:1.{}", path, port_name, i));
-  gone.push_back(path);
-  bed.announce(path, "remove");
-  bed.remove(gone);
+  node.take_away();
 }
 
 void UsbDevicePeer::Impl::serve(const std::stop_token& stop) {
@@ -483,7 +387,7 @@ UsbDevicePeer::UsbDevicePeer(MockBed& bed, UsbFirmware& firmware, const std::str
 UsbDevicePeer::~UsbDevicePeer() = default;
 
 std::string UsbDevicePeer::node() const {
-  return impl_->node;
+  return impl_->node.path();
 }
 
 void UsbDevicePeer::with_firmware(const std::function<void()>& act) {
@@ -499,6 +403,10 @@ void UsbDevicePeer::unplug() {
     impl_->pull_out();
   }
   impl_->take_away();
+}
+
+void UsbDevicePeer::forbid() {
+  impl_->bed.forbid(impl_->node.path());
 }
 
 void UsbDevicePeer::refuse_claims(int error) {

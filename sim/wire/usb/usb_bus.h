@@ -30,6 +30,8 @@ class UsbDevicePeer {
   void unplug();
   /// Claims of interfaces end with this errno; 0: as they should.
   void refuse_claims(int error);
+  /// Only root may open it from now on.
+  void forbid();
 
  private:
   struct Impl;

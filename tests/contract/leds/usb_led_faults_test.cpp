@@ -2,8 +2,6 @@
 // like one.
 
 #include <gmock/gmock.h>
-#include <sys/fsuid.h>
-#include <sys/stat.h>
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -23,20 +21,6 @@ constexpr int kAlways = 1000;
 Deadline soon() {
   return SteadyClock().in(Duration::of(2));
 }
-
-/// Files are opened as by somebody without any rights, in this thread.
-class AsNobody {
- public:
-  explicit AsNobody(const std::string& node) {
-    std::filesystem::permissions(mock_bed().real_path(""), std::filesystem::perms(0755));
-    ::chmod(mock_bed().real_path("/ioctl" + node).c_str(), 0777);
-    ::chmod(mock_bed().real_path(node).c_str(), 0);
-    ::setfsuid(65534);
-  }
-  ~AsNobody() { ::setfsuid(::geteuid()); }
-  AsNobody(const AsNobody&) = delete;
-  AsNobody& operator=(const AsNobody&) = delete;
-};
 
 void inject(FadecandyBackend& backend, const std::string& fault) {
   FadecandyFirmware& f = backend.firmware();
@@ -84,11 +68,13 @@ void expect_not_opened(const FaultCase& fault) {
   if (what == "unknown serial") settings.usb_serial = "none";
   if (what.starts_with("two")) second = std::make_unique<UsbDevicePeer>(mock_bed(), other, "2");
   if (what == "two with one serial") settings.usb_serial = other_options.serial;
-  // The second one needs libusb's monitor, which nobody could start.
-  if (what == "in use" || what == "not permitted") backend.leds();
+  if (what == "in use") backend.leds();
   inject(backend, what);
-  std::unique_ptr<AsNobody> nobody;
-  if (what == "not permitted") nobody = std::make_unique<AsNobody>(backend.peer().node());
+  std::optional<AsNobody> nobody;
+  if (what == "not permitted") {
+    backend.peer().forbid();
+    nobody.emplace();
+  }
   expect_fault(fault, [&](const Deadline&) { Fadecandy{settings}; });
   nobody.reset();
   EXPECT_EQ(backend.light(), 0);

@@ -22,20 +22,6 @@ inline Deadline soon() {
   return SteadyClock().in(Duration::of(5));
 }
 
-/// Root may open everything: the call that shall be refused is made as nobody.
-class AsNobody {
- public:
-  AsNobody() {
-    if (root_ && ::seteuid(65534) != 0) ADD_FAILURE() << "root for ever";
-  }
-  ~AsNobody() {
-    if (root_ && ::seteuid(0) != 0) ADD_FAILURE() << "nobody for ever";
-  }
-
- private:
-  bool root_ = ::geteuid() == 0;
-};
-
 /// umockdev forgets the socket that it makes for an open() that fails. It is the lowest free
 /// handle.
 class ForgottenSocket {

@@ -17,7 +17,7 @@
 #include "sim/wire/still/usb/still_usb.h"
 #include "sim/wire/usb/usb_bus.h"
 #include "sim/world.h"
-#include "tests/contract/resources.h"
+#include "tests/contract/mock_resources.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -144,9 +144,31 @@ inline std::ptrdiff_t entries(const char* folder) {
   return std::distance(std::filesystem::directory_iterator(folder), {});
 }
 
+#ifdef WHEATSTONE_GPHOTO2_DRIVERS
+/// libgphoto2 loads all its drivers and ports before it looks for a camera: here only the two that
+/// our body needs. The tests with other programs leave it all of them.
+class FewDrivers {
+ public:
+  FewDrivers() {
+    std::filesystem::permissions(folder_.path, std::filesystem::perms(0755));  // also for nobody
+    offer("CAMLIBS", WHEATSTONE_GPHOTO2_DRIVERS, "ptp2.so");
+    offer("IOLIBS", WHEATSTONE_GPHOTO2_PORTS, "usb1.so");
+  }
+
+ private:
+  void offer(const std::string& variable, const std::filesystem::path& all, const char* file) {
+    const std::filesystem::path few = folder_.path / variable;
+    std::filesystem::create_directory(few);
+    std::filesystem::create_symlink(all / file, few / file);
+    ::setenv(variable.c_str(), few.c_str(), 1);
+  }
+  TemporaryFolder folder_;
+};
+
 /// Loads libgphoto2's drivers, starts the threads of libraries and of the emulation, and waits till
 /// it has let go of its client.
 inline void warm_up_still() {
+  static const FewDrivers few;
   GphotoBackend().camera().expose(Duration::of(kSeriesS[0]), SteadyClock().in(Duration::of(10)));
   const SteadyClock clock;
   for (std::ptrdiff_t before = -1, now = entries("/proc/self/fd"); now != before;) {
@@ -155,6 +177,8 @@ inline void warm_up_still() {
     now = entries("/proc/self/fd");
   }
 }
+
+#endif
 
 /// ResourceWatch, once the emulation has noticed that its client is gone, and the thread that was
 /// left with a call has ended.

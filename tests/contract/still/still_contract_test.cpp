@@ -78,6 +78,9 @@ TEST_P(StillContract, SaysWhatItTook) {
 TEST_P(StillContract, ItsOwnFileHoldsTheSamePicture) {
   const RawFrame frame = camera().expose(kFirst, soon());
   EXPECT_EQ(frame.file.empty(), frame.file_type.empty());
+  const std::uintmax_t most = camera().largest_file(frame.mosaic.dn.total());
+  EXPECT_EQ(most == 0, frame.file.empty());
+  EXPECT_LE(frame.file.size(), most);
   if (frame.file.empty()) return;  // the twin makes none
   const CameraRaw raw = decode_camera_raw(frame.file, "frame." + frame.file_type);
   EXPECT_EQ(cv::norm(raw.mosaic.dn, frame.mosaic.dn, cv::NORM_INF), 0);

@@ -11,6 +11,7 @@ inline constexpr FaultCase kGphotoFaults[] = {
     {"gphoto2", "two of them, none named", "opening", DeviceError::Kind::kNotFound, "closed"},
     {"gphoto2", "wrong USB mode", "opening", DeviceError::Kind::kRefused, "closed"},
     {"gphoto2", "in use", "opening", DeviceError::Kind::kBusy, "closed"},
+    {"gphoto2", "not permitted", "opening", DeviceError::Kind::kPermission, "closed"},
     {"gphoto2", "silence", "opening", DeviceError::Kind::kTimeout, "closed"},
     {"gphoto2", "garbage", "opening", DeviceError::Kind::kProtocol, "closed"},
     {"gphoto2", "half a description", "opening", DeviceError::Kind::kProtocol, "closed"},

@@ -91,6 +91,7 @@ void inject(GphotoBackend& b, const std::string& fault, const std::string& state
       {"two of them, none named", [&] {}},
       {"wrong USB mode", [&] {}},
       {"in use", [&] {}},
+      {"not permitted", [&] {}},
       {"unplugged",
        [&] {
          if (state == "opening") b.usb().meet = ending(End::kUnplugged, 6);
@@ -206,7 +207,16 @@ class GphotoFaults : public FaultTest {
     if (what == "two of them, none named")
       second.emplace(world(), PtpCameraOptions{}, StillUsbFirmware::kPcRemote, "2");
     if (what == "in use") b.peer().refuse_claims(EBUSY);
-    expect_fault(fault, [&](const Deadline& d) { GphotoCamera(settings, limit(fault, d)); });
+    std::optional<AsNobody> nobody;
+    if (what == "not permitted") {
+      b.peer().forbid();
+      nobody.emplace();
+    }
+    const std::string message =
+        expect_fault(fault, [&](const Deadline& d) { GphotoCamera(settings, limit(fault, d)); });
+    if (what == "not permitted") {
+      EXPECT_THAT(message, HasSubstr("udev rules"));
+    }
     // Lets go of the call that libgphoto2 would stay in for its own time-outs.
     if (what == "silence") b.unplug();
   }
