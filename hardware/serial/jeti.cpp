@@ -43,7 +43,7 @@ Jeti::Jeti(const JetiSettings& settings, std::shared_ptr<Transcript> transcript)
   find_speed(transcript);
   const Deadline soon = SteadyClock().in(4 * settings.answer);
   get_in_step(soon);
-  identity_.firmware = printable(query("*vers?", soon));
+  identity_.firmware = firmware_version(soon);
   identity_.serial = fmt::format(
       "{:.0f}", jeti_number(port_->what(), query("*para:spnum?", soon), "spectrometer number"));
   if (!settings.serial.empty() && identity_.serial != settings.serial)
@@ -53,6 +53,20 @@ Jeti::Jeti(const JetiSettings& settings, std::shared_ptr<Transcript> transcript)
                       "correct its serial or its address in the rig file");
   range_.floor_cd_m2 = settings.floor_cd_m2;
   set_up(soon);
+}
+
+std::string Jeti::firmware_version(const Deadline& deadline) {
+  std::string version = printable(query("*vers?", deadline));
+  // Old firmware goes on for another line; its name is asked for to see the end.
+  send("*idn?", deadline);
+  for (int more = 0;;) {
+    const JetiToken token = next(deadline);
+    if (token.kind == JetiToken::Kind::kText && token.text == identity_.model) return version;
+    if (token.kind != JetiToken::Kind::kText || ++more > 3)
+      throw DeviceError(Kind::kProtocol, port_->what() + " goes on about its version",
+                        "run the command again");
+    version += " " + printable(token.text);
+  }
 }
 
 Jeti::~Jeti() {

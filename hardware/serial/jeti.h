@@ -42,6 +42,7 @@ class Jeti final : public Spectroradiometer {
   void abort() noexcept override;
 
  private:
+  std::string firmware_version(const Deadline&);
   void find_speed(const std::shared_ptr<Transcript>&);
   void set_up(const Deadline&);
   JetiToken next(const Deadline&);

@@ -156,7 +156,7 @@ void JetiFirmware::command(const std::string& line, Nanoseconds now) {
     case Command::kIdentity:
       return;
     case Command::kVersion:
-      return text("1.50");
+      return text(version);
     case Command::kNumber:
       return text(fmt::format("spectrometer number: {}", number));
     case Command::kDefault:

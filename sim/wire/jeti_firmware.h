@@ -18,6 +18,7 @@ class JetiFirmware final : public SerialFirmware {
   Nanoseconds next_event() const override;
 
   std::string name = "JETI_SB1211";
+  std::string version = "1.50";  // may have several lines, ended by carriage returns
   int number = 1211042;
   int first_nm = 380, last_nm = 780;
   bool diffuser_on = false;

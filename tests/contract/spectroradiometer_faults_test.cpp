@@ -248,6 +248,13 @@ TEST_F(JetiOddities, StrayEnquiriesDoNotMatter) {
   }
 }
 
+TEST_F(JetiOddities, OldFirmwareSaysItsVersionOnTwoLines) {
+  JetiMeter backend;
+  backend.peer().with_firmware([&] { backend.firmware().version = "1.49\rof 2010"; });
+  EXPECT_EQ(backend.meter().identity().firmware, "1.49 of 2010");
+  EXPECT_NEAR(measured(backend), backend.truth_cd_m2(), 0.02 * backend.truth_cd_m2());
+}
+
 TEST_F(JetiOddities, ASpectrumThatLostLinesIsAskedForAgain) {
   JetiMeter backend;
   backend.meter();
