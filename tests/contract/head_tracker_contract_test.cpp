@@ -12,6 +12,7 @@
 #include "tests/contract/head_tracker_backends.h"
 #include "tests/contract/head_tracker_faults.h"
 #include "tests/contract/resources.h"
+#include "tests/contract/warm_up.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -28,7 +29,6 @@ double seconds(Nanoseconds t) {
 
 class WithResources {
  protected:
-  static void start_libraries() { World("card", 0.02, 7); }
   ResourceWatch resources_{1.0};  // a world takes its time
 };
 
@@ -42,7 +42,7 @@ void PrintTo(const Maker& maker, std::ostream* out) {
 
 class HeadTrackerContract : public ::testing::TestWithParam<Maker>, protected WithResources {
  protected:
-  static void SetUpTestSuite() { start_libraries(); }
+  static void SetUpTestSuite() { warm_up(); }
   HeadTracker& tracker() { return backend_->tracker(); }
   Deadline soon() { return backend_->clock().in(Duration::of(2)); }
   EyeCentres next() { return tracker().next(soon()); }
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Trackers, HeadTrackerContract, ::testing::ValuesIn(kMak
 
 class FaultTest : public ::testing::TestWithParam<FaultCase>, protected WithResources {
  protected:
-  static void SetUpTestSuite() { start_libraries(); }
+  static void SetUpTestSuite() { warm_up(); }
 };
 
 Deadline soon() {

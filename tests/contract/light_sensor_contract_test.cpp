@@ -18,6 +18,7 @@
 #include "tests/contract/fault_call.h"
 #include "tests/contract/light_sensor_faults.h"
 #include "tests/contract/resources.h"
+#include "tests/contract/warm_up.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -103,7 +104,7 @@ void PrintTo(const Maker& maker, std::ostream* out) {
 
 class LightSensorContract : public ::testing::TestWithParam<Maker> {
  protected:
-  static void SetUpTestSuite() { World("card", 0.02, 7); }  // starts the threads of its libraries
+  static void SetUpTestSuite() { warm_up(); }
   LightTrace record(double duration_s) {
     return backend_->sensor().record(Duration::of(duration_s),
                                      backend_->clock().in(Duration::of(duration_s + 2)));
@@ -180,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(Sensors, LightSensorContract, ::testing::ValuesIn(kMake
 
 class FaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
-  static void SetUpTestSuite() { World("card", 0.02, 7); }
+  static void SetUpTestSuite() { warm_up(); }
   ResourceWatch resources_{1.0};
 };
 

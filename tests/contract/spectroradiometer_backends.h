@@ -15,6 +15,7 @@
 #include "sim/wire/jeti_firmware.h"
 #include "sim/wire/pty_peer.h"
 #include "sim/world.h"
+#include "tests/contract/warm_up.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -35,7 +36,7 @@ class MeterBackend {
   /// A measurement takes so long that another thread can end it.
   virtual bool takes_real_time() const { return true; }
   World& world() { return world_; }
-  static void prepare() { shared_world(); }  // and starts the threads of its libraries
+  static void prepare() { warm_up(shared_world()); }
   double truth_cd_m2() {
     return xyz_cd_m2(spectrum_of(SpectroradiometerModel(world_).rgb_cd_m2())).y();
   }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "tests/contract/resources.h"
 #include "tests/contract/stage_backends.h"
+#include "tests/contract/warm_up.h"
 
 namespace wheatstone {
 namespace {
@@ -52,7 +53,7 @@ class StageContract : public ::testing::TestWithParam<Maker> {
     });
   }
 
-  static void SetUpTestSuite() { World("card", 0.02, 7); }  // starts the threads of its libraries
+  static void SetUpTestSuite() { warm_up(); }
 
   ResourceWatch resources_{0.5};  // a world takes its time
   std::unique_ptr<StageBackend> backend_ = GetParam().make();

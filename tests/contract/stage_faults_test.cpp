@@ -12,6 +12,7 @@
 #include "tests/contract/fault_call.h"
 #include "tests/contract/resources.h"
 #include "tests/contract/stage_backends.h"
+#include "tests/contract/warm_up.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -101,7 +102,7 @@ void carry_out(const FaultCase& fault, Backend& backend) {
 
 class FaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
-  static void SetUpTestSuite() { World("card", 0.02, 7); }  // starts the threads of its libraries
+  static void SetUpTestSuite() { warm_up(); }
   ResourceWatch resources_{0.5};
 };
 

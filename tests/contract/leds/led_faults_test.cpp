@@ -11,6 +11,7 @@
 #include "tests/contract/leds/led_backends.h"
 #include "tests/contract/leds/led_faults.h"
 #include "tests/contract/resources.h"
+#include "tests/contract/warm_up.h"
 
 namespace wheatstone {
 namespace {
@@ -23,7 +24,7 @@ Deadline soon() {
 
 class LedFaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
-  static void SetUpTestSuite() { led_world(); }
+  static void SetUpTestSuite() { warm_up(led_world()); }
   ResourceWatch resources_;
 };
 

@@ -10,6 +10,7 @@
 #include "tests/contract/fault_call.h"
 #include "tests/contract/leds/led_faults.h"
 #include "tests/contract/leds/usb_led_backend.h"
+#include "tests/contract/warm_up.h"
 
 namespace wheatstone {
 namespace {
@@ -44,7 +45,7 @@ void inject(FadecandyBackend& backend, const std::string& fault) {
 class FadecandyFaults : public ::testing::TestWithParam<FaultCase> {
  protected:
   static void SetUpTestSuite() {
-    led_world();
+    warm_up(led_world());
     warm_up_usb();
   }
   FadecandyFaults() {

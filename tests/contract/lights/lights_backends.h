@@ -17,6 +17,7 @@
 #include "sim/wire/hid/relay_firmware.h"
 #include "sim/world.h"
 #include "tests/contract/mock_resources.h"
+#include "tests/contract/warm_up.h"
 
 namespace wheatstone {
 
@@ -138,6 +139,7 @@ inline MockBed& hid_bed() {
 
 /// Starts the threads of libraries and of the emulation.
 inline void warm_up_hid() {
+  warm_up();
   RelayBackend(hid_bed()).lights();
   settle_handles();
 }

@@ -16,6 +16,7 @@
 #include "tests/contract/fault_call.h"
 #include "tests/contract/outputs/x_server.h"
 #include "tests/contract/resources.h"
+#include "tests/contract/warm_up.h"
 #include "tests/temporary_folder.h"
 
 namespace wheatstone {
@@ -90,7 +91,7 @@ void PrintTo(const Maker& maker, std::ostream* out) {
 
 class DisplayOutputsContract : public ::testing::TestWithParam<Maker> {
  protected:
-  static void SetUpTestSuite() { shared_world(); }
+  static void SetUpTestSuite() { warm_up(shared_world()); }
   Deadline soon() { return backend_->clock().in(Duration::of(2)); }
 
   ResourceWatch resources_;
@@ -155,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Outputs, DisplayOutputsContract, ::testing::ValuesIn(kM
 
 class FaultTest : public ::testing::TestWithParam<FaultCase> {
  protected:
-  static void SetUpTestSuite() { shared_world(); }
+  static void SetUpTestSuite() { warm_up(shared_world()); }
   ResourceWatch resources_;
 };
 

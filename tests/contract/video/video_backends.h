@@ -9,6 +9,7 @@
 #include "sim/wire/video/v4l2_peer.h"
 #include "sim/world.h"
 #include "tests/contract/mock_resources.h"
+#include "tests/contract/warm_up.h"
 
 namespace wheatstone {
 
@@ -74,7 +75,7 @@ inline MockBed& video_bed() {
 /// Starts the threads of libraries and of the emulation, and waits till it has let go of its
 /// client.
 inline void warm_up_video() {
-  World("card", 0.02, 7);
+  warm_up();
   V4l2Backend(video_bed()).camera();
   settle_handles();
 }
