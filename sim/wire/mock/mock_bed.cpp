@@ -4,6 +4,14 @@
 
 #include "hardware/device_error.h"
 
+#ifdef __SANITIZE_ADDRESS__
+// umockdev's library is loaded before the sanitizer's, which does no harm.
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() {
+  return "verify_asan_link_order=0";
+}
+#endif
+
 namespace wheatstone {
 namespace {
 
