@@ -10,6 +10,6 @@ cmake --build --preset release
 if [ $# -gt 0 ]; then
   ctest --preset release "$@"
 else
-  ctest --preset release -LE wire
+  ctest --preset release -LE wire -j "$(nproc)"
   ctest --preset release -L wire --repeat until-pass:3
 fi
