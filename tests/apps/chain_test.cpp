@@ -91,6 +91,26 @@ TEST_F(Chain, NothingBrighterThanTheLimitIsShown) {
   EXPECT_GT(cv::norm(twin.world().panel_drives[0].projector.codes), 0);
 }
 
+TEST_F(Chain, AStimulusThatFailsHalfWayGoesDark) {
+  const Dataset dataset = write_small_light_field(root_ / "d");
+  render_drlf(dataset, 0.0, false, kQuiet);
+  split_to_drive_frames(dataset);
+  SimulatedRig twin({"card", 0.05, kSeed});
+  const auto lit = [&] {
+    double sum = 0;
+    for (const PanelDrive& shown : twin.world().panel_drives)
+      sum += cv::norm(shown.lcd.codes) + cv::norm(shown.projector.codes);
+    return sum;
+  };
+  for (const int shown_before : {1, 4, 7}) {
+    twin.world().faults.arm("displays", DeviceError::Kind::kTimeout, shown_before);
+    EXPECT_THROW(present(dataset, twin.rig()), DeviceError);
+    EXPECT_EQ(lit(), 0) << shown_before;
+  }
+  present(dataset, twin.rig());
+  EXPECT_GT(lit(), 0);
+}
+
 TEST_F(Chain, ShaderAndCpuTwinAgree) {
   SimulatedRig twin({"card", kScale, kSeed});
   const Dataset dataset = capture_and_calibrate(root_ / "d", twin);

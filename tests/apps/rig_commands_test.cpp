@@ -185,7 +185,7 @@ TEST_F(RigCommands, CaptureGoesOnWhereFailingDevicesEndedIt) {
 
 TEST_F(RigCommands, CommandsAtDevicesThatFail) {
   Surroundings typing;
-  for (int i = 0; i < 1000; ++i) typing.input += "markers 1\n";
+  for (int i = 0; i < 500; ++i) typing.input += "markers 1\n";
   const Outcome jog = run_program({"jog", "--rig",
                                    rig_file("[markers]\ndriver = \"simulated\"\n"
                                             "[simulation]\nscale = 0.02\n"),
