@@ -24,17 +24,15 @@ void SimulationOptions::add_to(CLI::App& command) {
   command.add_option("--seed", seed, "of everything random")->capture_default_str();
 }
 
-void ChaosOption::add_to(CLI::App& command) {
-  command
-      .add_option("--chaos", profile,
-                  "devices of the twin fail at random, for training: rare or often")
+void ChaosOption::add_to(CLI::App& command, const std::string& what) {
+  command.add_option("--chaos", profile, what + " at random, for training: rare or often")
       ->check(CLI::IsMember({"rare", "often"}));
 }
 
 void ChaosOption::arm(SimulatedRig* twin) const {
   if (profile.empty()) return;
   if (!twin) throw ArgumentError("faults on cue need a simulated rig", "leave --chaos out");
-  twin->world().faults.arm_at_random(fault_probability(profile), fresh_seed());
+  twin->world().faults.arm_at_random(probability(), fresh_seed());
 }
 
 std::uint64_t fresh_seed() {

@@ -22,11 +22,13 @@ struct SimulationOptions {
   void add_to(CLI::App& command);
 };
 
-/// --chaos PROFILE: the devices of the twin fail at random.
+/// --chaos PROFILE: devices fail at random.
 struct ChaosOption {
   std::string profile;  // empty: they do not
 
-  void add_to(CLI::App& command);
+  /// `what` fails.
+  void add_to(CLI::App& command, const std::string& what = "devices of the twin fail");
+  double probability() const { return profile.empty() ? 0 : fault_probability(profile); }
   /// Others in every run, so that what resumes gets on. Throws ArgumentError for a rig that is not
   /// simulated (null) and for an unknown profile.
   void arm(SimulatedRig* twin) const;

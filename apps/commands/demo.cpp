@@ -25,7 +25,7 @@ void add_demo(CLI::App& app) {
   command->footer("Example:\n  wheatstone demo --out out/demo");
   command->callback([=] {
     if (!real->empty()) options->real_data = *real;
-    if (!chaos->profile.empty()) options->fault_probability = fault_probability(chaos->profile);
+    options->fault_probability = chaos->probability();
     run_demo(*options, show_progress);
     fmt::print("{}\n{}\n", (options->out / "report.html").string(),
                (options->out / "summary.json").string());

@@ -41,8 +41,7 @@ std::unique_ptr<SerialFirmware> firmware_of(const std::string& name) {
 }
 
 void emulate(const std::string& name, const std::string& link, double speed,
-             const std::string& chaos) {
-  const double probability = chaos.empty() ? 0 : fault_probability(chaos);
+             const ChaosOption& chaos) {
   const std::unique_ptr<SerialFirmware> firmware = firmware_of(name);
   const StopOnSignal stop;
   PtyPeer peer(*firmware, link, speed);
@@ -52,7 +51,7 @@ void emulate(const std::string& name, const std::string& link, double speed,
   };
   say(fmt::format("{} on {}; Ctrl-C ends it", name, peer.path().string()));
   SteadyClock clock;
-  LineFaults faults(peer, probability, fresh_seed());
+  LineFaults faults(peer, chaos.probability(), fresh_seed());
   while (!stop.token().stop_requested()) {
     for (const std::string& fault : faults.tend(clock.now_ns())) say(fault);
     clock.wait_until(clock.now_ns() + kLookEveryNs);
@@ -71,9 +70,8 @@ void add_emulate(CLI::App& app) {
   command->add_option("--link", *link, "symbolic link to the terminal, removed at the end");
   command->add_option("--speed", *speed, "how many times as fast as the real device")
       ->capture_default_str();
-  auto chaos = std::make_shared<std::string>();
-  command->add_option("--chaos", *chaos, "the line fails at random, for training: rare or often")
-      ->check(CLI::IsMember({"rare", "often"}));
+  auto chaos = std::make_shared<ChaosOption>();
+  chaos->add_to(*command, "the line fails");
   command->footer("Example:\n  wheatstone emulate grbl --link out/grbl");
   command->callback([=] { emulate(*name, *link, *speed, *chaos); });
 }

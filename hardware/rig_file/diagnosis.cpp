@@ -36,7 +36,6 @@ void diagnose_outputs(const RigDescription& rig, std::vector<DeviceDiagnosis>& o
       throw DeviceError(DeviceError::Kind::kNotReady,
                         "the rig file does not say how its displays are reached",
                         "add [display_outputs] with driver = \"xrandr\"");
-    if (!rig.display_outputs->open) return;
     RigContext context{SteadyClock().in(kOpenLimit), nullptr, {}};
     outputs = rig.display_outputs->open(context)->enumerate(context.deadline);
     problems = verify(outputs, rig.outputs);
